@@ -1,6 +1,7 @@
 #include "connection.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <chrono>
@@ -8,7 +9,6 @@
 #include <utility>
 
 namespace vantage {
-
 namespace {
 
 template <class Clock>
@@ -51,7 +51,22 @@ Result<dds::Participant> open_participant(const live::LiveParams& params, live::
                      text_of(found));
       }};
   if (const auto note = dds::Participant::note_on_buffers(options)) say("note: " + *note);
-  return dds::Participant::open(options);
+  VANTAGE_TRY(auto participant, dds::Participant::open(options));
+  if (participant.is_alone()) {
+    say("no network is up: until one is, nodes on this computer only are found");
+  }
+  return participant;
+}
+
+bool NetworkWatch::sees_new(const dds::Participant& participant) {
+  constexpr std::chrono::seconds kPeriod(1);
+  const auto time = std::chrono::steady_clock::now();
+  if (looked_ && time - *looked_ < kPeriod) return false;
+  looked_ = time;
+  const auto came = participant.new_networks();
+  if (came.empty()) return false;
+  say(fmt::format("the network {} came up: connects again", fmt::join(came, ", ")));
+  return true;
 }
 
 Result<std::map<live::Input, dds::Topic>> subscribe(dds::Participant& participant,

@@ -1,7 +1,9 @@
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 
 #include "dds/participant.hpp"
@@ -28,6 +30,16 @@ void say(const std::string& text);
 /// @param notices  must outlive the participant
 [[nodiscard]] Result<dds::Participant> open_participant(const live::LiveParams& params,
                                                         live::Notices& notices);
+
+/// Looks for networks that came up since a participant was made, once a second, and tells of them.
+class NetworkWatch {
+ public:
+  /// @return whether the participant is to be made anew
+  [[nodiscard]] bool sees_new(const dds::Participant& participant);
+
+ private:
+  std::optional<std::chrono::steady_clock::time_point> looked_;
+};
 
 /// Puts the messages of all inputs of [live.topics] into an inbox, which must outlive the
 /// participant. Returns the topics. Errors: those of Participant.

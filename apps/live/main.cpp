@@ -108,18 +108,22 @@ class Node {
       VANTAGE_TRY(viewer_, foxglove::Viewer::open(params_, put, say));
       observers_.push_back(viewer_.get());
     }
-    VANTAGE_TRY(participant_, open_participant(params_, notices_));
-    for (const live::OutputTopic& output : live::output_topics(params_)) {
-      if (output.output == Output::map && !bundle_.has_points()) {
-        say("note: the bundle holds prepared maps only, no points: no map is published");
-        continue;
-      }
-      VANTAGE_TRY(auto writer, participant_->advertise(output.topic));
-      outputs_.emplace(output.output, Outgoing{output.topic, std::move(writer)});
+    if (!params_.topics.map.empty() && !bundle_.has_points()) {
+      say("note: the bundle holds prepared maps only, no points: no map is published");
     }
-    VANTAGE_TRY(topics_, subscribe(*participant_, params_, inbox_));
-    VANTAGE_TRY(repliers_, serve(*participant_, params_.services, inbox_));
-    return participant_->announce();
+    return connect_dds();
+  }
+
+  /// Connects again if another network came up. Errors: those of Participant.
+  [[nodiscard]] Result<void> follow_network() {
+    if (!network_.sees_new(*participant_)) return {};
+    worker_.finish();  // its jobs write to what goes
+    outputs_.clear();
+    repliers_.clear();
+    topics_.clear();
+    participant_.reset();
+    shown_.reset();  // who comes later gets the map from the new writer
+    return connect_dds();
   }
 
   [[nodiscard]] std::deque<live::Received> take(std::chrono::nanoseconds longest) {
@@ -225,6 +229,18 @@ class Node {
   }
 
  private:
+  [[nodiscard]] Result<void> connect_dds() {
+    VANTAGE_TRY(participant_, open_participant(params_, notices_));
+    for (const live::OutputTopic& output : live::output_topics(params_)) {
+      if (output.output == Output::map && !bundle_.has_points()) continue;
+      VANTAGE_TRY(auto writer, participant_->advertise(output.topic));
+      outputs_.emplace(output.output, Outgoing{output.topic, std::move(writer)});
+    }
+    VANTAGE_TRY(topics_, subscribe(*participant_, params_, inbox_));
+    VANTAGE_TRY(repliers_, serve(*participant_, params_.services, inbox_));
+    return participant_->announce();
+  }
+
   struct Outgoing {
     dds::Topic topic;
     dds::Participant::Writer writer;
@@ -296,6 +312,7 @@ class Node {
   std::map<Output, Outgoing> outputs_;
   std::map<Input, dds::Topic> topics_;
   std::map<Input, dds::Participant::Replier> repliers_;
+  NetworkWatch network_;
   std::optional<RegionId> shown_;
   std::optional<Tracking> told_;
   std::optional<std::chrono::steady_clock::time_point> diagnosed_;
@@ -323,8 +340,8 @@ Result<std::optional<Pose>> first_pose(const Options& options, const live::LiveP
   return kept->T_map_sensor;
 }
 
-void localize_until_told(live::Session& session, Node& node, const live::LiveParams& params,
-                         live::Notices& notices, const std::function<bool()>& is_over) {
+Result<void> localize_until_told(live::Session& session, Node& node, const live::LiveParams& params,
+                                 live::Notices& notices, const std::function<bool()>& is_over) {
   using std::chrono::milliseconds;
   constexpr auto kLongestWait = milliseconds(50), kWhileScanWaits = milliseconds(2);
   const bool moves = !params.topics.filtered_odometry.empty();
@@ -353,7 +370,9 @@ void localize_until_told(live::Session& session, Node& node, const live::LivePar
     if (session.is_ready(now())) answer();
     for (live::Answer& one : session.take_answers(now())) node.reply(std::move(one));
     node.tell_idle(session);
+    VANTAGE_CHECK(node.follow_network());
   }
+  return {};
 }
 
 Result<void> run(const CLI::App& app, const Options& options) {
@@ -389,8 +408,10 @@ Result<void> run(const CLI::App& app, const Options& options) {
   Node node(params, bundle, notices, std::move(recorder));
   VANTAGE_CHECK(node.connect());
   say(fmt::format("ready in domain {}: scans of {}", params.domain, params.topics.points));
-  localize_until_told(session, node, params, notices, is_over);
-  return node.finish(options.common.json);
+  const auto localized = localize_until_told(session, node, params, notices, is_over);
+  const auto finished = node.finish(options.common.json);
+  VANTAGE_CHECK(localized);
+  return finished;
 }
 
 }  // namespace

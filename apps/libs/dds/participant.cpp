@@ -1,14 +1,20 @@
 #include "dds/participant.hpp"
 
+#include <arpa/inet.h>
 #include <fmt/format.h>
+#include <ifaddrs.h>
+#include <net/if.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <condition_variable>
 #include <fstream>
+#include <iterator>
 #include <memory>
 #include <mutex>
 #include <set>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -85,6 +91,24 @@ class Listener final : public fast::DataReaderListener {
   Sink sink_;
   PolicySink incompatible_;
 };
+
+/// The interfaces that run, with their addresses: "eth0 10.0.0.2". Without the loopback, which
+/// leads to nobody else.
+std::set<std::string> running_interfaces() {
+  std::set<std::string> found;
+  ifaddrs* first = nullptr;
+  if (getifaddrs(&first) != 0) return found;
+  const std::unique_ptr<ifaddrs, decltype(&freeifaddrs)> all(first, &freeifaddrs);
+  for (const ifaddrs* one = all.get(); one != nullptr; one = one->ifa_next) {
+    if (one->ifa_addr == nullptr || one->ifa_addr->sa_family != AF_INET) continue;
+    if ((one->ifa_flags & IFF_RUNNING) == 0 || (one->ifa_flags & IFF_LOOPBACK) != 0) continue;
+    std::array<char, INET_ADDRSTRLEN> text{};
+    const auto* const address = reinterpret_cast<const sockaddr_in*>(one->ifa_addr);
+    if (inet_ntop(AF_INET, &address->sin_addr, text.data(), text.size()) == nullptr) continue;
+    found.insert(fmt::format("{} {}", one->ifa_name, text.data()));
+  }
+  return found;
+}
 
 /// The client is named by what is related to a request, or by the writer of it.
 RequestId request_id(const fast::SampleInfo& info) {
@@ -296,6 +320,7 @@ struct Participant::State {
   std::vector<Reader> readers;
   std::vector<Writing> writers;
   std::optional<Writer> discovery;
+  std::set<std::string> interfaces = running_interfaces();  // before the participant
 };
 
 namespace {
@@ -419,6 +444,16 @@ std::size_t Participant::writers_of(std::string_view topic) const {
   }
   return 0;
 }
+
+/// Fast DDS looks for interfaces when a participant is made. It can be told to look again, but the
+/// addresses that its endpoints tell others stay those of the beginning.
+std::vector<std::string> Participant::new_networks() const {
+  std::vector<std::string> found;
+  std::ranges::set_difference(running_interfaces(), state_->interfaces, std::back_inserter(found));
+  return found;
+}
+
+bool Participant::is_alone() const noexcept { return state_->interfaces.empty(); }
 
 std::optional<std::string> Participant::note_on_buffers(const ParticipantOptions& options) {
   std::ifstream file("/proc/sys/net/core/rmem_max");

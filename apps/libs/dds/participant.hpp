@@ -8,6 +8,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "vantage/result.hpp"
 
@@ -127,6 +128,11 @@ class Participant {
   [[nodiscard]] Result<void> announce();
   /// The writers that were found for a topic that is read. 0 for one that is not.
   [[nodiscard]] std::size_t writers_of(std::string_view topic) const;
+  /// The interfaces of networks that came up since this participant was made: "eth0 10.0.0.2". It
+  /// does not reach them, nor they it; a participant that is made now does.
+  [[nodiscard]] std::vector<std::string> new_networks() const;
+  /// Whether it was made without any network: it reaches nodes on this computer only.
+  [[nodiscard]] bool is_alone() const noexcept;
   /// What the kernel makes of ParticipantOptions::receive_buffer: a sentence with the command that
   /// raises its limit, or nothing if the limit is high enough.
   [[nodiscard]] static std::optional<std::string> note_on_buffers(

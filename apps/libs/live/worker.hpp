@@ -4,6 +4,7 @@
 #include <condition_variable>
 #include <deque>
 #include <functional>
+#include <future>
 #include <mutex>
 #include <string_view>
 #include <thread>
@@ -28,6 +29,13 @@ class Worker {
   }
   Worker(const Worker&) = delete;
   Worker& operator=(const Worker&) = delete;
+
+  /// Waits until all that waits has been run.
+  void finish() {
+    std::promise<void> done;
+    run([&done] { done.set_value(); });
+    done.get_future().wait();
+  }
 
   void run(std::function<void()> job) { run_latest({}, std::move(job)); }
   /// In place of the job of this kind that waits, if there is one: at most one of a kind waits.

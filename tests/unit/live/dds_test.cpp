@@ -76,6 +76,7 @@ TEST_CASE("messages pass between participants as they are") {
   CHECK(writer->readers() == 1);
   CHECK(to->writers_of("/text") == 1);
   CHECK(to->writers_of("/other") == 0);
+  CHECK(to->new_networks().empty());
 }
 
 TEST_CASE("endpoints whose quality of service does not fit are told on both sides") {

@@ -24,5 +24,15 @@ TEST_CASE("of the jobs of a kind that wait for a slow disk, the latest is run") 
   CHECK(done == "fs12");
 }
 
+TEST_CASE("a worker that has finished takes more jobs") {
+  std::string done;
+  Worker worker;
+  for (const char job : {'a', 'b'}) {
+    worker.run([&done, job] { done += job; });
+    worker.finish();
+    CHECK(done.back() == job);
+  }
+}
+
 }  // namespace
 }  // namespace vantage::live
