@@ -103,23 +103,27 @@ class Node {
   [[nodiscard]] Result<void> connect() {
     if (params_.foxglove.port) {
       const auto put = [this](std::string&& message) {
-        inbox_.put({.input = Input::initial_pose, .arrival = now(), .message = std::move(message)});
+        inbox_.put(received_now(Input::initial_pose, std::move(message)));
       };
       VANTAGE_TRY(viewer_, foxglove::Viewer::open(params_, put, say));
       observers_.push_back(viewer_.get());
     }
-    VANTAGE_TRY(participant_, open_participant(params_));
-    for (const live::OutputTopic& output : live::output_topics(params_)) {
-      if (output.output == Output::map && !bundle_.has_points()) {
-        say("note: the bundle holds prepared maps only, no points: no map is published");
-        continue;
-      }
-      VANTAGE_TRY(auto writer, participant_->advertise(output.topic));
-      outputs_.emplace(output.output, Outgoing{output.topic, std::move(writer)});
+    if (!params_.topics.map.empty() && !bundle_.has_points()) {
+      say("note: the bundle holds prepared maps only, no points: no map is published");
     }
-    VANTAGE_TRY(topics_, subscribe(*participant_, params_, inbox_));
-    VANTAGE_TRY(repliers_, serve(*participant_, params_.services, inbox_));
-    return participant_->announce();
+    return connect_dds();
+  }
+
+  /// Connects again if another network came up. Errors: those of Participant.
+  [[nodiscard]] Result<void> follow_network() {
+    if (!network_.sees_new(*participant_)) return {};
+    worker_.finish();  // its jobs write to what goes
+    outputs_.clear();
+    repliers_.clear();
+    topics_.clear();
+    participant_.reset();
+    shown_.reset();  // who comes later gets the map from the new writer
+    return connect_dds();
   }
 
   [[nodiscard]] std::deque<live::Received> take(std::chrono::nanoseconds longest) {
@@ -136,7 +140,7 @@ class Node {
     const auto topic = topics_.find(received.input);
     if (topic == topics_.end()) return;  // a request
     for (live::Observer* const one : observers_) {
-      one->see(topic->second, received.arrival, received.message);
+      one->see(topic->second, received.time, received.message);
     }
   }
 
@@ -153,17 +157,16 @@ class Node {
     const auto& report = scan.report;
     std::string label;
     if (const auto entry = bundle_.directory()->entry(report.region)) label = entry->region.label;
-    auto counts = notices_.counts();
-    if (recorder_ && recorder_->left_out() > 0) counts["not_recorded"] = recorder_->left_out();
-    const auto messages = publisher_.messages(scan, label, counts);
+    const auto messages = publisher_.messages(scan, label, counts());
     if (!messages) return say(messages.error().message);
+    diagnosed_ = std::chrono::steady_clock::now();
     for (const live::Publication& one : *messages) publish(one.output, one.message);
     if (viewer_) {
-      if (const auto shown = viewer_->show(scan, now()); !shown) say(shown.error().message);
+      if (const auto shown = viewer_->show(scan, time_of_day()); !shown) say(shown.error().message);
     }
     if (report.has_pose && shown_ != report.region) {
       shown_ = report.region;
-      worker_.run([this, region = report.region] { publish_map(region); });
+      worker_.run_latest("map", [this, region = report.region] { publish_map(region); });
     }
     const double delay = static_cast<double>(now() - scan.received.arrival) * 1e-9;
     delays_.add(delay);
@@ -176,6 +179,20 @@ class Node {
     if (recorder_) {
       if (const auto complaint = recorder_->complaint()) say(*complaint);
     }
+  }
+
+  /// Publishes why no scan is localized, once a second.
+  void tell_idle(const live::Session& session) {
+    constexpr std::chrono::seconds kPeriod(1);
+    const auto time = std::chrono::steady_clock::now();
+    if (diagnosed_ && time - *diagnosed_ < kPeriod) return;
+    const auto idle = session.idle(now());
+    if (!idle) return;
+    diagnosed_ = time;
+    const auto message =
+        publisher_.diagnostics(*idle, io::ros::seconds_from(time_of_day()), counts());
+    if (!message) return say(message.error().message);
+    publish(Output::diagnostics, *message);
   }
 
   /// Publishes the motion between scans.
@@ -212,15 +229,35 @@ class Node {
   }
 
  private:
+  [[nodiscard]] Result<void> connect_dds() {
+    VANTAGE_TRY(participant_, open_participant(params_, notices_));
+    for (const live::OutputTopic& output : live::output_topics(params_)) {
+      if (output.output == Output::map && !bundle_.has_points()) continue;
+      VANTAGE_TRY(auto writer, participant_->advertise(output.topic));
+      outputs_.emplace(output.output, Outgoing{output.topic, std::move(writer)});
+    }
+    VANTAGE_TRY(topics_, subscribe(*participant_, params_, inbox_));
+    VANTAGE_TRY(repliers_, serve(*participant_, params_.services, inbox_));
+    return participant_->announce();
+  }
+
   struct Outgoing {
     dds::Topic topic;
     dds::Participant::Writer writer;
   };
 
+  /// What went wrong so far, by kind.
+  [[nodiscard]] std::map<std::string, std::uint64_t> counts() const {
+    auto counts = notices_.counts();
+    if (recorder_ && recorder_->left_out() > 0) counts["not_recorded"] = recorder_->left_out();
+    return counts;
+  }
+
   void publish(Output output, const std::string& message) {
     const auto found = outputs_.find(output);
     if (found == outputs_.end()) return;
-    for (live::Observer* const one : observers_) one->see(found->second.topic, now(), message);
+    for (live::Observer* const one : observers_)
+      one->see(found->second.topic, time_of_day(), message);
     if (const auto sent = found->second.writer.write(message); !sent) {
       notices_.tell("not_sent", sent.error().message);
     }
@@ -243,7 +280,7 @@ class Node {
     const auto time = std::chrono::steady_clock::now();
     if (saved_ && time - *saved_ < std::chrono::seconds(1)) return;
     saved_ = time;
-    worker_.run([this, state = *kept_] { save(state); });
+    worker_.run_latest("state", [this, state = *kept_] { save(state); });
   }
 
   void save(const live::KeptState& state) {
@@ -275,8 +312,10 @@ class Node {
   std::map<Output, Outgoing> outputs_;
   std::map<Input, dds::Topic> topics_;
   std::map<Input, dds::Participant::Replier> repliers_;
+  NetworkWatch network_;
   std::optional<RegionId> shown_;
   std::optional<Tracking> told_;
+  std::optional<std::chrono::steady_clock::time_point> diagnosed_;
   std::uint64_t scans_ = 0, tracked_ = 0;
   Delays delays_;
   std::optional<live::KeptState> kept_;
@@ -301,8 +340,8 @@ Result<std::optional<Pose>> first_pose(const Options& options, const live::LiveP
   return kept->T_map_sensor;
 }
 
-void localize_until_told(live::Session& session, Node& node, const live::LiveParams& params,
-                         live::Notices& notices, const std::function<bool()>& is_over) {
+Result<void> localize_until_told(live::Session& session, Node& node, const live::LiveParams& params,
+                                 live::Notices& notices, const std::function<bool()>& is_over) {
   using std::chrono::milliseconds;
   constexpr auto kLongestWait = milliseconds(50), kWhileScanWaits = milliseconds(2);
   const bool moves = !params.topics.filtered_odometry.empty();
@@ -321,14 +360,19 @@ void localize_until_told(live::Session& session, Node& node, const live::LivePar
   while (!is_over()) {
     for (live::Received& received :
          node.take(session.has_scan() ? kWhileScanWaits : kLongestWait)) {
-      if (received.input != Input::points) node.show(received);
+      if (received.input != Input::points && received.input != Input::transforms) {
+        node.show(received);
+      }
       session.take(std::move(received));
       if (session.is_ready(now())) answer();
       move();
     }
     if (session.is_ready(now())) answer();
     for (live::Answer& one : session.take_answers(now())) node.reply(std::move(one));
+    node.tell_idle(session);
+    VANTAGE_CHECK(node.follow_network());
   }
+  return {};
 }
 
 Result<void> run(const CLI::App& app, const Options& options) {
@@ -364,8 +408,10 @@ Result<void> run(const CLI::App& app, const Options& options) {
   Node node(params, bundle, notices, std::move(recorder));
   VANTAGE_CHECK(node.connect());
   say(fmt::format("ready in domain {}: scans of {}", params.domain, params.topics.points));
-  localize_until_told(session, node, params, notices, is_over);
-  return node.finish(options.common.json);
+  const auto localized = localize_until_told(session, node, params, notices, is_over);
+  const auto finished = node.finish(options.common.json);
+  VANTAGE_CHECK(localized);
+  return finished;
 }
 
 }  // namespace

@@ -15,13 +15,24 @@ Result<void> serve_maps(const live::LiveParams& params, const Bundle& bundle, do
   VANTAGE_CHECK(bundle.need_points("publish"));
   live::MapServer server(bundle, params, switch_margin, notices);
   live::Inbox inbox;
-  VANTAGE_TRY(auto participant, open_participant(params));
-  VANTAGE_TRY(auto maps, participant.advertise(live::output_topics(params).front().topic));
-  VANTAGE_CHECK(subscribe(participant, params, inbox));
-  VANTAGE_CHECK(participant.announce());
+  std::optional<dds::Participant> participant;
+  std::optional<dds::Participant::Writer> maps;
+  const auto connect = [&]() -> Result<void> {
+    participant.reset();
+    VANTAGE_TRY(participant, open_participant(params, notices));
+    VANTAGE_TRY(maps, participant->advertise(live::output_topics(params).front().topic));
+    VANTAGE_CHECK(subscribe(*participant, params, inbox));
+    return participant->announce();
+  };
+  VANTAGE_CHECK(connect());
+  NetworkWatch network;
   say(fmt::format("ready in domain {}: maps for the poses of {}", params.domain,
                   params.topics.followed_pose));
   while (!is_over()) {
+    if (network.sees_new(*participant)) {
+      server.forget();  // who comes later gets the map from the new writer
+      VANTAGE_CHECK(connect());
+    }
     for (const live::Received& received : inbox.take(std::chrono::milliseconds(50))) {
       const auto map = server.take(received);
       if (!map) {
@@ -29,7 +40,7 @@ Result<void> serve_maps(const live::LiveParams& params, const Bundle& bundle, do
         continue;
       }
       if (!*map) continue;
-      if (const auto sent = maps.write(**map); !sent) notices.say(sent.error().message);
+      if (const auto sent = maps->write(**map); !sent) notices.say(sent.error().message);
     }
   }
   return {};

@@ -44,6 +44,7 @@ class Robot {
                     {.domain = params.domain, .node = "vantage_play", .release = params.release}));
     for (live::InputTopic input : live::input_topics(params.topics)) {
       if (input.input == Input::initial_pose || input.input == Input::prior) continue;
+      if (input.input == Input::transforms) continue;
       input.topic.qos.reliable = true;  // who reads with best effort gets it, too
       input.topic.qos.depth = std::max(input.topic.qos.depth, 10U);
       VANTAGE_TRY(auto writer, robot.participant_->advertise(input.topic));
@@ -65,7 +66,8 @@ class Robot {
   void begin(double stamp, double speed) {
     first_ = stamp;
     speed_ = speed;
-    begin_ = std::chrono::system_clock::now();
+    begin_ = std::chrono::steady_clock::now();
+    time_of_begin_ = std::chrono::system_clock::now();
   }
 
   Result<void> send(const io::StampedScan& scan, double end) {
@@ -92,20 +94,21 @@ class Robot {
         now_(now),
         T_base_sensor_(params_.frames.mount().value_or(Pose{})) {}
 
-  [[nodiscard]] std::chrono::system_clock::time_point when(double stamp) const {
-    const std::chrono::duration<double> after((stamp - first_) / speed_);
-    return begin_ + std::chrono::duration_cast<std::chrono::system_clock::duration>(after);
+  /// From the beginning to a stamp.
+  [[nodiscard]] std::chrono::nanoseconds after(double stamp) const {
+    const std::chrono::duration<double> seconds((stamp - first_) / speed_);
+    return std::chrono::duration_cast<std::chrono::nanoseconds>(seconds);
   }
 
   [[nodiscard]] io::ros::Header header(double stamp, const std::string& frame) const {
     if (!now_) return {.stamp = stamp, .frame = frame};
-    const std::chrono::duration<double> shown = when(stamp).time_since_epoch();
+    const std::chrono::duration<double> shown = (time_of_begin_ + after(stamp)).time_since_epoch();
     return {.stamp = shown.count(), .frame = frame};
   }
 
   Result<void> send(Input input, double due, Result<std::string> message) {
     VANTAGE_TRY(const std::string bytes, std::move(message));
-    std::this_thread::sleep_until(when(due));
+    std::this_thread::sleep_until(begin_ + after(due));
     return writers_.at(input).write(bytes);
   }
 
@@ -115,7 +118,8 @@ class Robot {
   std::optional<dds::Participant> participant_;
   std::map<Input, dds::Participant::Writer> writers_;
   double first_ = 0.0, speed_ = 1.0;
-  std::chrono::system_clock::time_point begin_;
+  std::chrono::steady_clock::time_point begin_;
+  std::chrono::system_clock::time_point time_of_begin_;
 };
 
 struct Sent {

@@ -2,9 +2,9 @@
 """What goes wrong on a robot: a robot in one network namespace, `vantage live` in another, a switch between them.
 
 The robot speaks DDS by Cyclone DDS. It is killed, its cable is pulled, its clock jumps, it is carried away, it sends
-ten times as many scans as usual; the disk of the recording is full; the localizer is killed. After each, the robot's
-poses must be right again, and the localizer must have told what happened and must not have grown. Of all poses, no
-more than `max_risk` promises may have been off by more than the alert limit.
+ten times as many scans as usual; the disk of the recording is full; the localizer is killed, and started before its
+network. After each, the robot's poses must be right again, and the localizer must have told what happened and must not
+have grown. Of all poses, no more than `max_risk` promises may have been off by more than the alert limit.
 
 usage: faults.py BUILD_DIR SOURCE_DIR    (needs root)
 """
@@ -65,6 +65,10 @@ class Network:
     def cable(self, state):
         """Of the robot: up or down."""
         output_of("ip", "-n", self.names["switch"], "link", "set", "robot", state)
+
+    def interface(self, end, state):
+        """Of an end: up or down."""
+        output_of("ip", "-n", self.names[end], "link", "set", "eth0", state)
 
 
 class Robot:
@@ -165,6 +169,14 @@ def main(build, source):
             print(f"started again in {time.monotonic() - begin:.2f} s")
             expect("begins where the last session ended" in live.text(), "the state is lost")
             drive("the localizer killed and started again", 8)
+            live.end(signal.SIGKILL)
+
+            network.interface("localizer", "down")
+            live = Live(build, folder, inside=network.inside("localizer"))
+            live.wait_for("no network is up")
+            network.interface("localizer", "up")
+            live.wait_for("the network eth0 10.97.0.2 came up: connects again")
+            drive("the localizer started before its network", 8)
             wrong = sum(error > ALERT_LIMIT for error in poses)
             print(f"{wrong} of {len(poses)} poses are more than {ALERT_LIMIT} m off")
             expect(wrong <= MAX_RISK * len(poses), f"{wrong} of {len(poses)} poses are wrong")

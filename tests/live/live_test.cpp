@@ -5,13 +5,17 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cmath>
+#include <condition_variable>
 #include <cstring>
 #include <map>
+#include <mutex>
 #include <sstream>
 #include <string>
 #include <vector>
 
+#include "dds/participant.hpp"
 #include "io/ros/message_writers.hpp"
 #include "support/process.hpp"
 #include "support/real_data.hpp"
@@ -215,6 +219,54 @@ TEST_CASE("Autoware's pose initializer has the vehicle found, and switches the l
   robot.signal(SIGTERM);
   live.signal(SIGTERM);
   CHECK(live.wait().exit_code == 0);
+}
+
+/// A node that listens to a topic.
+class Listening {
+ public:
+  Listening(const World& world, const dds::Topic& topic)
+      : participant_(dds::Participant::open(
+            {.domain = static_cast<std::uint32_t>(std::stoul(world.domain()))})) {
+    REQUIRE(participant_);
+    REQUIRE(participant_->subscribe(topic, [this](std::string&& message) {
+      const std::scoped_lock lock(mutex_);
+      last_ = std::move(message);
+      changed_.notify_all();
+    }));
+  }
+  /// Whether the last message has a text within 20 s.
+  [[nodiscard]] bool hears(const std::string& text) {
+    std::unique_lock lock(mutex_);
+    return changed_.wait_for(lock, std::chrono::seconds(20),
+                             [&] { return last_.find(text) != std::string::npos; });
+  }
+
+ private:
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::string last_;
+  Result<dds::Participant> participant_;  // last: its threads use what is above
+};
+
+/// A text of a message, with its end.
+std::string whole(const std::string& text) { return text + '\0'; }
+
+TEST_CASE("diagnostics say why nothing is localized") {
+  World world;
+  world.write_config("start = \"wait\"\n");
+  Listening diagnostics(world, {.name = "/diagnostics", .type = "diagnostic_msgs/DiagnosticArray"});
+  const Listening late(
+      world, {.name = "/tf", .type = "tf2_msgs/TFMessage", .qos = {.transient_local = true}});
+  const test::Running live("vantage-live", {world.config()});
+  REQUIRE_MESSAGE(live.says("ready in domain"), live.err());
+  CHECK(live.says("a subscriber of /tf requests incompatible QoS (DURABILITY): no message"));
+  CHECK(diagnostics.hears(whole("incompatible_qos /tf DURABILITY")));
+  const std::string waits = "waits for a pose on /initialpose";
+  CHECK(diagnostics.hears(whole(waits + "; no scan has come on /points yet")));
+  const test::Running robot("vantage-play", {world.config(), "--scans", world.path("world/scans"),
+                                             "--imu", world.path("world/imu.csv"), "--odometry",
+                                             world.path("world/odometry.tum")});
+  CHECK(diagnostics.hears(whole(waits)));
 }
 
 TEST_CASE("what cannot be connected is refused, with its place") {

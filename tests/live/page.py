@@ -79,13 +79,18 @@ def main(build, source, pictures=None):
                 set_pose(page, pictures, expect, live)
                 robot.wait()
                 expect(page.wait_for("document.body.dataset.state === 'waits'"), "it does not tell that no scan comes")
-                expect("no scan was localized for" in page.text("reason"), f"reason: {page.text('reason')}")
+                expect(page.wait_for("byId('reason').textContent.startsWith('no scan has come on /points for')"),
+                       f"reason: {page.text('reason')}")
+                page.value("byId('set').click()")
                 expect(live.end(signal.SIGTERM)[0] == 0, "the localizer ended badly")
                 expect(page.wait_for("document.body.dataset.state === 'offline'"), "it does not tell that all is gone")
+                expect("while a pose was set" in page.text("notices"), f"notices: {page.text('notices')}")
+                expect(page.value("byId('set').disabled"), "a pose can be set that nobody hears")
                 live = Live(build, folder)
                 live.wait_for("client is there")
                 robot = play(build, folder, "--duration", "3", "--start", "5")
                 expect(page.wait_for("document.body.dataset.state === 'tracked'"), "it does not come back")
+                expect(not page.value("byId('set').disabled"), "no pose can be set after it came back")
                 robot.wait()
                 # That nobody listened for a while is all that the browser complained about.
                 said = [one for one in page.said if "ERR_CONNECTION_REFUSED" not in one]
@@ -113,7 +118,7 @@ def look(page, pictures, expect, live, port):
         expect(page.open(f"http://127.0.0.1:{port}/"), "there is no page")
         live.wait_for("client is there")
         if page.value("Boolean(view.gl)"):
-            expect(page.wait_for("byId('reason').textContent === 'no scan was localized yet'"), page.text("reason"))
+            expect(page.wait_for("byId('reason').textContent === 'no scan has come on /points yet'"), page.text("reason"))
             return
     expect(False, f"no WebGL: {page.text('notices')}")
 

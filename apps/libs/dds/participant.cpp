@@ -1,14 +1,20 @@
 #include "dds/participant.hpp"
 
+#include <arpa/inet.h>
 #include <fmt/format.h>
+#include <ifaddrs.h>
+#include <net/if.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <condition_variable>
 #include <fstream>
+#include <iterator>
 #include <memory>
 #include <mutex>
 #include <set>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -46,22 +52,63 @@ tl::unexpected<Error> failed(std::string what) {
   return fail(ErrorCode::io_failure, std::move(what) + "; Fast DDS says more on standard error");
 }
 
+/// As ROS 2 names a policy of QoS.
+std::string name_of(fast::QosPolicyId_t policy) {
+  switch (policy) {
+    case fast::DURABILITY_QOS_POLICY_ID: return "DURABILITY";
+    case fast::DEADLINE_QOS_POLICY_ID: return "DEADLINE";
+    case fast::LIVELINESS_QOS_POLICY_ID: return "LIVELINESS";
+    case fast::RELIABILITY_QOS_POLICY_ID: return "RELIABILITY";
+    default: return fmt::format("policy {} of DDS", static_cast<int>(policy));
+  }
+}
+
+/// Takes the policy by which another endpoint does not fit.
+using PolicySink = std::function<void(fast::QosPolicyId_t policy)>;
+
 class Listener final : public fast::DataReaderListener {
  public:
   using Sink = std::function<void(const fast::SampleInfo& info, std::string&& message)>;
-  explicit Listener(Sink sink) : sink_(std::move(sink)) {}
+  Listener(Sink sink, PolicySink incompatible)
+      : sink_(std::move(sink)), incompatible_(std::move(incompatible)) {}
+
+  void on_requested_incompatible_qos(fast::DataReader*,
+                                     const fast::RequestedIncompatibleQosStatus& status) override {
+    incompatible_(status.last_policy_id);
+  }
 
   void on_data_available(fast::DataReader* reader) override {
     std::string message;
     fast::SampleInfo info;
     while (is_ok(reader->take_next_sample(&message, &info))) {
-      if (info.valid_data) sink_(info, std::exchange(message, {}));
+      const rtps::GUID_t& writer = info.sample_identity.writer_guid();
+      if (!info.valid_data || writer.guidPrefix == reader->guid().guidPrefix) continue;
+      sink_(info, std::exchange(message, {}));
     }
   }
 
  private:
   Sink sink_;
+  PolicySink incompatible_;
 };
+
+/// The interfaces that run, with their addresses: "eth0 10.0.0.2". Without the loopback, which
+/// leads to nobody else.
+std::set<std::string> running_interfaces() {
+  std::set<std::string> found;
+  ifaddrs* first = nullptr;
+  if (getifaddrs(&first) != 0) return found;
+  const std::unique_ptr<ifaddrs, decltype(&freeifaddrs)> all(first, &freeifaddrs);
+  for (const ifaddrs* one = all.get(); one != nullptr; one = one->ifa_next) {
+    if (one->ifa_addr == nullptr || one->ifa_addr->sa_family != AF_INET) continue;
+    if ((one->ifa_flags & IFF_RUNNING) == 0 || (one->ifa_flags & IFF_LOOPBACK) != 0) continue;
+    std::array<char, INET_ADDRSTRLEN> text{};
+    const auto* const address = reinterpret_cast<const sockaddr_in*>(one->ifa_addr);
+    if (inet_ntop(AF_INET, &address->sin_addr, text.data(), text.size()) == nullptr) continue;
+    found.insert(fmt::format("{} {}", one->ifa_name, text.data()));
+  }
+  return found;
+}
 
 /// The client is named by what is related to a request, or by the writer of it.
 RequestId request_id(const fast::SampleInfo& info) {
@@ -101,6 +148,19 @@ void apply(const Qos& qos, DdsQos& to) {
 
 }  // namespace
 
+class WriterListener : public fast::DataWriterListener {
+ public:
+  explicit WriterListener(PolicySink incompatible) : incompatible_(std::move(incompatible)) {}
+
+  void on_offered_incompatible_qos(fast::DataWriter*,
+                                   const fast::OfferedIncompatibleQosStatus& status) override {
+    incompatible_(status.last_policy_id);
+  }
+
+ private:
+  PolicySink incompatible_;
+};
+
 struct Participant::Writer::State {
   fast::DataWriter* writer = nullptr;  // DDS owns it
   std::string topic;
@@ -119,8 +179,9 @@ std::size_t Participant::Writer::readers() const {
 }
 
 /// Knows the clients that were found.
-struct Participant::Replier::State final : fast::DataWriterListener {
+struct Participant::Replier::State final : WriterListener {
   using Guid = decltype(RequestId::client);
+  using WriterListener::WriterListener;
 
   void on_publication_matched(fast::DataWriter*,
                               const fast::PublicationMatchedStatus& status) override {
@@ -165,7 +226,7 @@ struct Participant::State {
   ~State() {
     if (participant == nullptr) return;
     for (const Reader& one : readers) one.reader->set_listener(nullptr);
-    for (const auto& one : repliers) one->writer->set_listener(nullptr);
+    for (const Writing& one : writers) one.writer->set_listener(nullptr);
     participant->delete_contained_entities();
     fast::DomainParticipantFactory::get_instance()->delete_participant(participant);
   }
@@ -175,6 +236,17 @@ struct Participant::State {
     fast::DataReader* reader;
     std::unique_ptr<fast::DataReaderListener> listener;
   };
+  struct Writing {
+    fast::DataWriter* writer;
+    std::shared_ptr<WriterListener> listener;
+  };
+
+  /// @param topic  as this node names it
+  [[nodiscard]] PolicySink incompatible(const std::string& topic, bool is_read) const {
+    return [sink = options.incompatible, topic, is_read](fast::QosPolicyId_t policy) {
+      if (sink) sink({.topic = topic, .is_read = is_read, .policy = name_of(policy)});
+    };
+  }
 
   /// @param dds_type  see name_of_type
   [[nodiscard]] Result<fast::Topic*> topic_of(const std::string& name,
@@ -207,7 +279,7 @@ struct Participant::State {
   [[nodiscard]] Result<fast::DataWriter*> make_writer(const std::string& name,
                                                       const std::string& dds_type, const Qos& how,
                                                       const io::ros::MessageSchema& schema,
-                                                      fast::DataWriterListener* listener) {
+                                                      WriterListener* listener) {
     VANTAGE_TRY(fast::Topic* const topic, topic_of(name, dds_type));
     fast::DataWriterQos qos = fast::DATAWRITER_QOS_DEFAULT;
     apply(how, qos);
@@ -219,21 +291,22 @@ struct Participant::State {
     if (writer == nullptr) return failed("a writer of " + name + " could not be made");
     return writer;
   }
-  [[nodiscard]] Result<fast::DataWriter*> make_writer(const std::string& name, const Topic& topic) {
+  [[nodiscard]] Result<fast::DataWriter*> make_writer(const std::string& name, const Topic& topic,
+                                                      WriterListener* listener) {
     VANTAGE_TRY(const auto schema, io::ros::schema_of(topic.type));
-    return make_writer(name, name_of_type(topic.type), topic.qos, schema, nullptr);
+    return make_writer(name, name_of_type(topic.type), topic.qos, schema, listener);
   }
 
   [[nodiscard]] Result<void> make_reader(const std::string& name, const std::string& dds_type,
                                          const Qos& how, const io::ros::MessageSchema& schema,
-                                         const std::string& shown_name,
-                                         std::unique_ptr<fast::DataReaderListener> listener) {
+                                         const std::string& shown_name, Listener::Sink sink) {
     VANTAGE_TRY(fast::Topic* const topic, topic_of(name, dds_type));
     fast::DataReaderQos qos = fast::DATAREADER_QOS_DEFAULT;
     apply(how, qos);
     VANTAGE_TRY(const auto data, user_data(schema));
     qos.user_data().data_vec(data);
     qos.endpoint().history_memory_policy = rtps::DYNAMIC_REUSABLE_MEMORY_MODE;
+    auto listener = std::make_unique<Listener>(std::move(sink), incompatible(shown_name, true));
     auto* const reader = subscriber->create_datareader(topic, qos, listener.get());
     if (reader == nullptr) return failed("a reader of " + name + " could not be made");
     readers.push_back({shown_name, reader, std::move(listener)});
@@ -245,9 +318,9 @@ struct Participant::State {
   fast::Publisher* publisher = nullptr;
   fast::Subscriber* subscriber = nullptr;
   std::vector<Reader> readers;
-  std::vector<fast::DataWriter*> writers;
-  std::vector<std::shared_ptr<Replier::State>> repliers;
+  std::vector<Writing> writers;
   std::optional<Writer> discovery;
+  std::set<std::string> interfaces = running_interfaces();  // before the participant
 };
 
 namespace {
@@ -306,17 +379,17 @@ Result<void> Participant::subscribe(const Topic& topic, MessageSink sink) {
   VANTAGE_TRY(const auto schema, io::ros::schema_of(topic.type));
   return state_->make_reader(
       name_of_topic(topic.name), name_of_type(topic.type), topic.qos, schema, topic.name,
-      std::make_unique<Listener>(
-          [sink = std::move(sink)](const fast::SampleInfo&, std::string&& message) {
-            sink(std::move(message));
-          }));
+      [sink = std::move(sink)](const fast::SampleInfo&, std::string&& message) {
+        sink(std::move(message));
+      });
 }
 
 Result<Participant::Writer> Participant::advertise(const Topic& topic) {
   VANTAGE_CHECK(check_name(topic.name));
+  auto listener = std::make_unique<WriterListener>(state_->incompatible(topic.name, false));
   VANTAGE_TRY(fast::DataWriter* const writer,
-              state_->make_writer(name_of_topic(topic.name), topic));
-  state_->writers.push_back(writer);
+              state_->make_writer(name_of_topic(topic.name), topic, listener.get()));
+  state_->writers.push_back({writer, std::move(listener)});
   return Writer(std::make_shared<Writer::State>(Writer::State{writer, topic.name}));
 }
 
@@ -324,20 +397,18 @@ Result<Participant::Replier> Participant::serve(const Service& service, RequestS
   VANTAGE_CHECK(check_name(service.name));
   VANTAGE_TRY(const auto schema, io::ros::service_schema_of(service.type));
   constexpr Qos kQos{.reliable = true, .transient_local = false, .depth = 10};
-  const auto replier = std::make_shared<Replier::State>();
+  const auto replier = std::make_shared<Replier::State>(state_->incompatible(service.name, false));
   replier->service = service.name;
   VANTAGE_TRY(replier->writer, state_->make_writer(fmt::format("rr{}Reply", service.name),
                                                    name_of_type(service.type, "srv", "_Response"),
                                                    kQos, schema, replier.get()));
-  state_->writers.push_back(replier->writer);
-  state_->repliers.push_back(replier);
+  state_->writers.push_back({replier->writer, replier});
   VANTAGE_CHECK(state_->make_reader(
       fmt::format("rq{}Request", service.name), name_of_type(service.type, "srv", "_Request"), kQos,
       schema, service.name,
-      std::make_unique<Listener>(
-          [sink = std::move(sink)](const fast::SampleInfo& info, std::string&& request) {
-            sink(request_id(info), std::move(request));
-          })));
+      [sink = std::move(sink)](const fast::SampleInfo& info, std::string&& request) {
+        sink(request_id(info), std::move(request));
+      }));
   return Replier(replier);
 }
 
@@ -347,7 +418,7 @@ Result<void> Participant::announce() {
     const Topic topic{.name = std::string(kDiscoveryTopic),
                       .type = std::string(kDiscoveryType),
                       .qos = {.reliable = true, .transient_local = true, .depth = 1}};
-    VANTAGE_TRY(fast::DataWriter* const writer, s.make_writer(topic.name, topic));
+    VANTAGE_TRY(fast::DataWriter* const writer, s.make_writer(topic.name, topic, nullptr));
     s.discovery = Writer(std::make_shared<Writer::State>(Writer::State{writer, topic.name}));
   }
   const std::size_t size = s.options.release == Release::humble ? 24 : 16;
@@ -359,7 +430,7 @@ Result<void> Participant::announce() {
   message.count(s.readers.size());
   for (const State::Reader& one : s.readers) message.raw(bytes_of(one.reader->guid(), size));
   message.count(s.writers.size());
-  for (const fast::DataWriter* writer : s.writers) message.raw(bytes_of(writer->guid(), size));
+  for (const State::Writing& one : s.writers) message.raw(bytes_of(one.writer->guid(), size));
   VANTAGE_TRY(const std::string bytes, std::move(message).finish());
   return s.discovery->write(bytes);
 }
@@ -373,6 +444,16 @@ std::size_t Participant::writers_of(std::string_view topic) const {
   }
   return 0;
 }
+
+/// Fast DDS looks for interfaces when a participant is made. It can be told to look again, but the
+/// addresses that its endpoints tell others stay those of the beginning.
+std::vector<std::string> Participant::new_networks() const {
+  std::vector<std::string> found;
+  std::ranges::set_difference(running_interfaces(), state_->interfaces, std::back_inserter(found));
+  return found;
+}
+
+bool Participant::is_alone() const noexcept { return state_->interfaces.empty(); }
 
 std::optional<std::string> Participant::note_on_buffers(const ParticipantOptions& options) {
   std::ifstream file("/proc/sys/net/core/rmem_max");

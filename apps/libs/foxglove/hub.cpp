@@ -162,8 +162,11 @@ void Hub::put(Client& client, std::uint32_t subscription, const Channel& channel
   std::string head(1, kMessageData);
   io::ros::append_little_endian(head, subscription);
   io::ros::append_little_endian(head, static_cast<std::uint64_t>(time));
-  client.outbox.put({.is_text = false, .head = std::move(head), .body = message},
-                    channel.topic.qos.transient_local);
+  std::optional<Outbox::Latched> latched;
+  if (const dds::Qos& qos = channel.topic.qos; qos.transient_local) {
+    latched = Outbox::Latched{.channel = channel.id, .depth = qos.depth};
+  }
+  client.outbox.put({.is_text = false, .head = std::move(head), .body = message}, latched);
   if (std::exchange(client.is_idle, false)) client.wake();
 }
 

@@ -1,5 +1,6 @@
 #include "foxglove/outbox.hpp"
 
+#include <algorithm>
 #include <utility>
 
 #include "foxglove/status.hpp"
@@ -27,14 +28,36 @@ Outbox::Waiting Outbox::take(std::deque<Waiting>& from) {
   return first;
 }
 
-void Outbox::put(Frame frame, bool is_latched) {
-  const std::size_t size = size_of(frame);
-  while (bytes_ > 0 && bytes_ + size > most_) {
-    (void)take(passing_.empty() ? latched_ : passing_);
-    if (!std::exchange(has_told_loss_, true)) tells_loss_ = true;
+/// Drops what passes, the oldest first.
+void Outbox::make_room(std::size_t size) {
+  while (!passing_.empty() && bytes_ + size > most_) {
+    (void)take(passing_);
+    lose();
   }
+}
+
+/// A latched message takes the place of the oldest of its topic that waits, if as many wait as the
+/// topic keeps. Nothing is lost: who comes later does not get the oldest, either.
+void Outbox::replace_oldest(const Latched& latched) {
+  const auto is_same = [&](const Waiting& one) { return one.channel == latched.channel; };
+  if (static_cast<std::size_t>(std::ranges::count_if(latched_, is_same)) < latched.depth) return;
+  const auto oldest = std::ranges::find_if(latched_, is_same);
+  if (oldest == latched_.end()) return;
+  bytes_ -= size_of(oldest->frame);
+  latched_.erase(oldest);
+}
+
+void Outbox::put(Frame frame, const std::optional<Latched>& latched) {
+  const std::size_t size = size_of(frame);
+  if (latched) replace_oldest(*latched);
+  make_room(size);
+  if (!latched && bytes_ > 0 && bytes_ + size > most_) return lose();
   bytes_ += size;
-  (is_latched ? latched_ : passing_).push_back({numbers_++, std::move(frame)});
+  if (latched) {
+    latched_.push_back({numbers_++, std::move(frame), latched->channel});
+  } else {
+    passing_.push_back({numbers_++, std::move(frame), 0});
+  }
 }
 
 std::optional<Frame> Outbox::next() {

@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 
 namespace vantage::foxglove {
 
@@ -18,17 +19,25 @@ struct Frame {
 
 /// What waits for one client, within a limit of bytes. If a client reads more slowly than messages
 /// come, the oldest messages are dropped. The client is told so once, and again only after it has
-/// caught up.
+/// caught up. Of a latched topic, a client needs the latest messages, however large: as many wait
+/// as the topic keeps, and none is dropped for another topic.
 class Outbox {
  public:
-  /// @param most  bytes of messages that may wait; one message alone may be larger
+  /// A topic whose messages are kept for those who come later.
+  struct Latched {
+    std::uint32_t channel;
+    std::size_t depth;  ///< messages that are kept
+  };
+
+  /// @param most  bytes of messages that may wait, beside those of latched topics; one alone may be
+  ///              larger
   explicit Outbox(std::size_t most) : most_(most) {}
 
   /// Adds an answer or an announcement; none is left out.
   void tell(std::string text);
   /// Adds a message of a topic.
-  /// @param is_latched  it is left out only if no other is left
-  void put(Frame frame, bool is_latched);
+  /// @param latched  if its topic is
+  void put(Frame frame, const std::optional<Latched>& latched);
   /// What is sent next; nothing if nothing waits.
   [[nodiscard]] std::optional<Frame> next();
 
@@ -41,7 +50,13 @@ class Outbox {
   struct Waiting {
     std::uint64_t number;  // in the order of arrival
     Frame frame;
+    std::uint32_t channel;  // if it is latched
   };
+  void make_room(std::size_t size);
+  void replace_oldest(const Latched& latched);
+  void lose() {
+    if (!std::exchange(has_told_loss_, true)) tells_loss_ = true;
+  }
   [[nodiscard]] Waiting take(std::deque<Waiting>& from);
 
   std::size_t most_;

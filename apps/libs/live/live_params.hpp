@@ -101,8 +101,10 @@ struct TopicParams {
                  "tracked, at the rate of the IMU, or of the scans without one"),
         optional("map", &TopicParams::map, "",
                  "what is published: sensor_msgs/PointCloud2, the region's map, at each switch"),
-        optional("diagnostics", &TopicParams::diagnostics, "",
-                 "what is published: diagnostic_msgs/DiagnosticArray, for each scan"),
+        optional(
+            "diagnostics", &TopicParams::diagnostics, "",
+            "what is published: diagnostic_msgs/DiagnosticArray, for each scan that is localized; "
+            "while none is, once a second with the reason"),
     };
   }
 };
@@ -250,6 +252,16 @@ struct LiveParams {
   [[nodiscard]] Transform transform_in_use() const {
     if (transform != Transform::automatic) return transform;
     return topics.odometry.empty() ? Transform::map_to_base : Transform::map_to_odom;
+  }
+  /// The frame that /tf gets under the map's, if any.
+  [[nodiscard]] std::optional<std::string> published_child() const {
+    switch (transform_in_use()) {
+      case Transform::map_to_odom: return frames.odom;
+      case Transform::map_to_base: return frames.transform_child.value_or(frames.base);
+      case Transform::automatic:
+      case Transform::none: break;
+    }
+    return std::nullopt;
   }
 };
 

@@ -22,6 +22,9 @@ class MapServer {
   /// Errors: those of poses_in_map, of the bundle, and of a map that cannot be encoded.
   [[nodiscard]] Result<std::optional<std::string>> take(const Received& received);
 
+  /// The next pose gets its map again.
+  void forget() { region_.reset(); }
+
   [[nodiscard]] const std::optional<RegionId>& region() const noexcept { return region_; }
 
  private:

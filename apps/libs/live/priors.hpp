@@ -33,6 +33,8 @@ class Priors {
   void add(const io::ros::FixMessage& fix, const StaticFrames& frames);
   /// A pose by hand: the next scan gets it, and no other prior.
   void hint(const io::ros::PoseMessage& pose);
+  /// Whether a hint waits for the next scan.
+  [[nodiscard]] bool has_hint() const noexcept { return hint_.has_value(); }
   /// What was added, without the hint.
   void forget() { priors_.clear(); }
 

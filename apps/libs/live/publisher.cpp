@@ -5,7 +5,6 @@
 #include <array>
 #include <utility>
 
-#include "io/ros/message_writers.hpp"
 #include "live/diagnostics.hpp"
 
 namespace vantage::live {
@@ -123,7 +122,7 @@ Result<std::vector<Publication>> Publisher::messages(
   if (params_.topics.diagnostics.empty()) return messages;
   const std::string state = to_string(report.tracking);
   Diagnostic status{.level = level_of(report),
-                    .name = params_.node + ": localization",
+                    .name = {},
                     .message = message_of(report),
                     .values = {{"tracking", state},
                                {"risk", fmt::format("{:.3g}", report.risk)},
@@ -138,10 +137,25 @@ Result<std::vector<Publication>> Publisher::messages(
                                {"scan_points", fmt::format("{}", report.scan_points)},
                                {"doubted_s", fmt::format("{:.4f}", report.seconds_doubted)},
                                {"dropped_samples", fmt::format("{}", report.dropped_samples)}}};
-  for (const auto& [kind, count] : counts) status.values.emplace_back(kind, std::to_string(count));
-  VANTAGE_TRY(std::string bytes, io::ros::write_diagnostics(header, std::array{status}));
+  VANTAGE_TRY(std::string bytes, diagnostics(scan.stamp, std::move(status), counts));
   messages.push_back({Output::diagnostics, std::move(bytes)});
   return messages;
+}
+
+Result<std::string> Publisher::diagnostics(
+    const Idle& idle, io::ros::Stamp stamp,
+    const std::map<std::string, std::uint64_t>& counts) const {
+  return diagnostics(
+      stamp, {.level = idle.level, .name = {}, .message = idle.message, .values = {}}, counts);
+}
+
+Result<std::string> Publisher::diagnostics(
+    io::ros::Stamp stamp, Diagnostic status,
+    const std::map<std::string, std::uint64_t>& counts) const {
+  status.name = params_.node + ": localization";
+  for (const auto& [kind, count] : counts) status.values.emplace_back(kind, std::to_string(count));
+  return io::ros::write_diagnostics({.stamp = stamp, .frame = params_.frames.map},
+                                    std::array{std::move(status)});
 }
 
 Result<std::string> map_message(const FrameParams& frames, PointsView points, Notices& notices) {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "dds/participant.hpp"
+#include "io/ros/message_writers.hpp"
 #include "live/live_params.hpp"
 #include "live/notices.hpp"
 #include "live/session.hpp"
@@ -60,10 +61,19 @@ class Publisher {
       const Localized& scan, const std::string& region,
       const std::map<std::string, std::uint64_t>& counts);
 
+  /// The diagnostics while no scan is localized. Errors: as above.
+  /// @param stamp  this moment
+  [[nodiscard]] Result<std::string> diagnostics(
+      const Idle& idle, io::ros::Stamp stamp,
+      const std::map<std::string, std::uint64_t>& counts) const;
+
  private:
   [[nodiscard]] bool is_published(const ScanReport& report) const;
   [[nodiscard]] Result<std::optional<std::string>> transform(const Localized& scan,
                                                              const std::optional<RobotPose>& pose);
+  [[nodiscard]] Result<std::string> diagnostics(
+      io::ros::Stamp stamp, io::ros::Diagnostic status,
+      const std::map<std::string, std::uint64_t>& counts) const;
 
   LiveParams params_;
   std::optional<Pose> T_map_odom_;

@@ -14,6 +14,7 @@ std::string_view name_of(Input input) {
     case Input::fix: return "fix";
     case Input::followed_pose: return "followed_pose";
     case Input::static_transforms: return "static_transforms";
+    case Input::transforms: return "transforms";
     case Input::align: return "align";
     case Input::trigger: return "trigger";
   }
@@ -39,6 +40,7 @@ std::vector<InputTopic> input_topics(const TopicParams& topics) {
     return inputs;
   }
   add(Input::static_transforms, "/tf_static", "tf2_msgs/TFMessage", latched);
+  add(Input::transforms, "/tf", "tf2_msgs/TFMessage", samples);
   add(Input::imu, topics.imu, "sensor_msgs/Imu", samples);
   add(Input::odometry, topics.odometry, "nav_msgs/Odometry", samples);
   add(Input::initial_pose, topics.initial_pose, kPose, command);

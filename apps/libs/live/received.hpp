@@ -23,14 +23,16 @@ enum class Input : std::uint8_t {
   fix,
   followed_pose,
   static_transforms,
-  align,   ///< a request: look for the vehicle around a pose
-  trigger  ///< a request: localize, or leave scans out
+  transforms,  ///< of other nodes, to tell of frames that both publish
+  align,       ///< a request: look for the vehicle around a pose
+  trigger      ///< a request: localize, or leave scans out
 };
 
 /// A message as it came.
 struct Received {
   Input input = Input::points;
-  std::int64_t arrival = 0;                    ///< [ns since the epoch]
+  std::int64_t arrival = 0;                    ///< by a clock that nobody sets [ns]
+  std::int64_t time = 0;                       ///< of day, for recordings [ns since the epoch]
   std::string message;                         ///< CDR with its header
   std::optional<dds::RequestId> request = {};  ///< of `align` and `trigger`
 };
@@ -44,7 +46,8 @@ struct InputTopic {
   dds::Topic topic;
 };
 
-/// What a configuration listens to, /tf_static included; with a `followed_pose`, poses alone.
+/// What a configuration listens to, /tf and /tf_static included; with a `followed_pose`, poses
+/// alone.
 [[nodiscard]] std::vector<InputTopic> input_topics(const TopicParams& topics);
 
 /// The service of an input.

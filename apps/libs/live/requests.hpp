@@ -43,13 +43,13 @@ class Requests {
   /// A scan that was localized; may answer a request.
   void see(const Localized& scan);
   /// The answers since the last call.
-  /// @param now  [ns since the epoch]
+  /// @param now  as Received::arrival [ns]
   [[nodiscard]] std::vector<Answer> take_answers(std::int64_t now);
 
  private:
   struct Align {
     dds::RequestId id;
-    std::int64_t arrival;  // [ns since the epoch]
+    std::int64_t arrival;  // as of Received [ns]
     int scans = 0;
   };
   void answer(Input input, const dds::RequestId& id, Result<std::string> message);

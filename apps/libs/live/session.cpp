@@ -21,6 +21,8 @@ constexpr double kClockJump = 1.0;
 // A source of motion that has been silent for longer than this is not waited for, nor is one that
 // has not spoken for the time after the first scan [s].
 constexpr double kSilent = 1.0, kFirstWord = 5.0;
+// Without a scan for longer than this, scans are said to be missing [s].
+constexpr double kNoScan = 2.0;
 // Samples are kept for this long [s].
 constexpr double kKept = 10.0;
 // What is stamped later than this after the last scan is not of its clock, or of another drive [s].
@@ -73,7 +75,7 @@ void Session::begin_anew(const std::string& why) {
                              may_return ? "kept" : "forgotten", to_string(started.error())));
     if (!may_return) last_.reset();
   }
-  if (params_.start == Start::wait) return;
+  if (params_.start == Start::wait && !priors_.has_hint()) return;
   begin_anywhere();
 }
 
@@ -83,15 +85,25 @@ void Session::begin_anywhere() {
 }
 
 void Session::take(Received&& received) {
+  const bool is_scan = received.input == Input::points;
+  if (is_scan) scan_came_ = received.arrival;
   const auto done = read(received);
   if (done) return;
   const Error& error = done.error();
   if (received.request) {
     return requests_.refuse(received.input, *received.request, error.message);
   }
-  notices_.tell(fmt::format("{}_unusable", name_of(received.input)),
-                fmt::format("a message of the topic '{}' cannot be used: {}",
-                            name_of(received.input), error.message));
+  const std::string kind = fmt::format("{}_unusable", name_of(received.input));
+  const std::string why = fmt::format("a message of the topic '{}' cannot be used: {}",
+                                      name_of(received.input), error.message);
+  if (is_scan) return leave_out(kind, why);
+  notices_.tell(kind, why);
+}
+
+/// Tells why a scan is not localized.
+void Session::leave_out(std::string_view kind, const std::string& why) {
+  left_out_ = why;
+  notices_.tell(kind, why);
 }
 
 Result<void> Session::read(Received& received) {
@@ -105,6 +117,7 @@ Result<void> Session::read(Received& received) {
     case Input::trigger: return read_trigger(received);
     case Input::fix: return read_fix(received.message);
     case Input::followed_pose: return {};  // of a MapServer
+    case Input::transforms: return read_transforms(received.message);
     case Input::static_transforms: {
       VANTAGE_TRY(const auto transforms,
                   io::ros::parse_poses(received.message, "tf2_msgs/TFMessage", Encoding::cdr, {}));
@@ -132,7 +145,7 @@ Result<void> Session::read_points(Received& received) {
                            last_ ? " from the last pose" : ""));
   }
   if (last_stamp_ && stamp <= *last_stamp_) {
-    notices_.tell(
+    leave_out(
         "scans_out_of_order",
         fmt::format("a scan is stamped {:.6f} s, no later than the one before: left out", stamp));
     return {};
@@ -277,6 +290,24 @@ Result<void> Session::read_fix(const std::string& message) {
   return {};
 }
 
+/// What other nodes say of frames that move. A frame with two parents jumps between them.
+Result<void> Session::read_transforms(const std::string& message) {
+  VANTAGE_TRY(const auto transforms,
+              io::ros::parse_poses(message, "tf2_msgs/TFMessage", Encoding::cdr, {}));
+  const auto own = params_.published_child();
+  for (const auto& one : transforms) {
+    frames_.add_moving(one);
+    const std::string_view child = frame_name(one.child);
+    if (child != own) continue;
+    notices_.tell("frames_with_two_parents",
+                  fmt::format("another node publishes '{}' under '{}' in /tf, and this one under "
+                              "'{}': the frame jumps between them; only one node may, see [live] "
+                              "transform",
+                              child, frame_name(one.header.frame), params_.frames.map));
+  }
+  return {};
+}
+
 bool Session::has_motion(const Waiting& scan) const {
   const auto covers = [&](const std::string& topic, const std::optional<double>& last) {
     if (topic.empty()) return true;
@@ -286,11 +317,9 @@ bool Session::has_motion(const Waiting& scan) const {
   return covers(params_.topics.imu, last_imu_) && covers(params_.topics.odometry, last_odometry_);
 }
 
-/// Whether a scan has waited for its samples long enough. If this computer's clock was set back,
-/// the time that a scan has waited is unknown, and it waits no longer.
+/// Whether a scan has waited for its samples long enough.
 bool Session::has_waited(const Waiting& scan, std::int64_t now) const {
-  const double waited = seconds_between(scan.received.arrival, now);
-  return waited < 0.0 || waited >= params_.motion_wait;
+  return seconds_between(scan.received.arrival, now) >= params_.motion_wait;
 }
 
 /// A source of motion may be silent, or its clock another one: it is then not waited for.
@@ -311,19 +340,41 @@ void Session::tell_silent_motion(const Waiting& scan, bool has_odometry) {
   }
 }
 
-/// T_base_sensor of a frame.
-std::optional<Pose> Session::mount(const std::string& frame) {
-  if (const auto given = params_.frames.mount()) return given;
+/// T_base_sensor of a frame. Errors: `invalid_input` if it is not known.
+Result<Pose> Session::mount(const std::string& frame) const {
+  if (const auto given = params_.frames.mount()) return *given;
   auto found = frames_.pose(params_.frames.base, frame);
   if (found && *found) return **found;
-  notices_.tell(
-      "scans_without_mount",
+  return fail(
+      ErrorCode::invalid_input,
       fmt::format("scans are in the frame '{}', and {}: they are left out; publish /tf_static or "
                   "give [live.frames] T_base_sensor",
                   frame,
                   found ? fmt::format("no transform leads from '{}' to it", params_.frames.base)
                         : found.error().message));
-  return std::nullopt;
+}
+
+std::optional<Idle> Session::idle(std::int64_t now) const {
+  using Level = io::ros::Diagnostic::Level;
+  std::optional<Idle> idle;
+  const auto add = [&](Level level, const std::string& why) {
+    if (!idle) {
+      idle = Idle{.level = level, .message = why};
+      return;
+    }
+    idle->level = std::max(idle->level, level);
+    idle->message += "; " + why;
+  };
+  const TopicParams& topics = params_.topics;
+  if (!requests_.wants_scan()) add(Level::warn, "switched off by its service");
+  if (!is_started_) add(Level::warn, fmt::format("waits for a pose on {}", topics.initial_pose));
+  if (left_out_) add(Level::error, *left_out_);
+  if (!scan_came_) {
+    add(Level::stale, fmt::format("no scan has come on {} yet", topics.points));
+  } else if (const double silent = seconds_between(*scan_came_, now); silent > kNoScan) {
+    add(Level::stale, fmt::format("no scan has come on {} for {:.0f} s", topics.points, silent));
+  }
+  return idle;
 }
 
 void Session::feed_imu() {
@@ -404,7 +455,15 @@ Result<std::optional<Localized>> Session::localize() {
   }
   const std::string sensor(frame_name(now.header.frame));
   const auto T_base_sensor = mount(sensor);
-  if (!T_base_sensor) return std::nullopt;
+  if (!T_base_sensor) {
+    leave_out("scans_without_mount", T_base_sensor.error().message);
+    return std::nullopt;
+  }
+  left_out_.reset();
+  if (const auto second = frames_.second_parent(params_.frames.base, sensor)) {
+    notices_.tell("lidar_with_two_parents",
+                  *second + ": where the LiDAR is depends on who is asked");
+  }
   if (!is_started_) {
     notices_.tell(
         "scans_before_start",
@@ -429,7 +488,10 @@ Result<std::optional<Localized>> Session::localize() {
                                      .seconds = now.scan.seconds,
                                      .prior = prior});
   const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
-  if (!report) return fail(std::move(report).error());
+  if (!report) {
+    left_out_ = to_string(report.error());
+    return fail(std::move(report).error());
+  }
   Localized done{.report = *std::move(report),
                  .scan = std::move(now.scan),
                  .stamp = now.header.stamp,
@@ -440,7 +502,7 @@ Result<std::optional<Localized>> Session::localize() {
                  .seconds = took.count()};
   if (is_covered) tell_silent_motion(now, done.T_odom_base.has_value());
   if (done.report.tracking == Tracking::tracked) last_ = done.report.T_map_scan;
-  T_base_sensor_ = T_base_sensor;
+  T_base_sensor_ = *T_base_sensor;
   if (params_.topics.imu.empty()) moved_ = now.end;
   requests_.see(done);
   if (!requests_.is_on()) return std::nullopt;

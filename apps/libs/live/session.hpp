@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "io/map_projection.hpp"
+#include "io/ros/message_writers.hpp"
 #include "io/ros/messages.hpp"
 #include "live/live_params.hpp"
 #include "live/notices.hpp"
@@ -41,6 +42,12 @@ struct Moved {
   Pose T_base_sensor;
 };
 
+/// Why no scan is localized at present.
+struct Idle {
+  io::ros::Diagnostic::Level level;
+  std::string message;
+};
+
 /// A localizer that lives on messages, whatever brings them. What it answers depends on the
 /// messages and on the moments at which they came, and on nothing else (unless [localizer] live is
 /// set), so that a recording of them gives the same answers.
@@ -58,7 +65,7 @@ class Session {
   [[nodiscard]] bool has_scan() const noexcept { return !waiting_.empty(); }
   /// Whether a scan waits, and the oldest either has all samples of motion that it needs, or has
   /// waited for them long enough.
-  /// @param now  [ns since the epoch]
+  /// @param now  as Received::arrival [ns]
   [[nodiscard]] bool is_ready(std::int64_t now) const {
     return has_scan() && is_ready(waiting_.front(), now);
   }
@@ -71,8 +78,13 @@ class Session {
   /// Nothing if that was told already, or if the last scan was not tracked.
   [[nodiscard]] std::optional<Moved> moved();
 
+  /// All reasons for which no scan is localized, and the level of the worst. Nothing if the last
+  /// scan was localized and came a moment ago.
+  /// @param now  as Received::arrival [ns]
+  [[nodiscard]] std::optional<Idle> idle(std::int64_t now) const;
+
   /// Answers to requests, since the last call.
-  /// @param now  [ns since the epoch]
+  /// @param now  as Received::arrival [ns]
   [[nodiscard]] std::vector<Answer> take_answers(std::int64_t now) {
     return requests_.take_answers(now);
   }
@@ -99,6 +111,7 @@ class Session {
   [[nodiscard]] Result<void> read_pose(const Received& received);
   [[nodiscard]] Result<void> read_trigger(const Received& received);
   [[nodiscard]] Result<void> read_fix(const std::string& message);
+  [[nodiscard]] Result<void> read_transforms(const std::string& message);
   [[nodiscard]] bool is_ahead(double stamp, Input input);
   [[nodiscard]] bool is_behind(double stamp, Input input);
   void begin_anew(const std::string& why);
@@ -110,7 +123,8 @@ class Session {
     return has_waited(scan, now) || has_motion(scan);
   }
   void tell_silent_motion(const Waiting& scan, bool has_odometry);
-  [[nodiscard]] std::optional<Pose> mount(const std::string& frame);
+  [[nodiscard]] Result<Pose> mount(const std::string& frame) const;
+  void leave_out(std::string_view kind, const std::string& why);
   void feed_imu();
   void feed_motion(const std::string& sensor);
   [[nodiscard]] std::optional<Pose> odometry_at(double stamp, const std::string& base) const;
@@ -126,6 +140,8 @@ class Session {
   std::optional<double> last_stamp_;   // of a scan [s]
   std::optional<Pose> last_;           // T_map_sensor, tracked
   bool is_started_ = false;
+  std::optional<std::int64_t> scan_came_;           // the last, usable or not [ns]
+  std::optional<std::string> left_out_;             // why the last scan was
   std::optional<Pose> T_base_sensor_;               // of the last scan
   std::optional<io::ros::Stamp> moved_;             // for moved()
   std::deque<ImuSample> imu_;                       // that the localizer has not got yet

@@ -1,5 +1,7 @@
 #include "live/static_frames.hpp"
 
+#include <fmt/format.h>
+
 namespace vantage::live {
 
 using io::ros::frame_name;
@@ -13,6 +15,25 @@ Result<void> StaticFrames::add(const io::ros::PoseMessage& transform) {
   }
   poses_[{.parent = parent, .child = child}] = transform.pose;
   return {};
+}
+
+void StaticFrames::add_moving(const io::ros::PoseMessage& transform) {
+  if (moving_.size() >= kMostMoving) return;
+  moving_[std::string(frame_name(transform.child))] = frame_name(transform.header.frame);
+}
+
+std::optional<std::string> StaticFrames::second_parent(std::string_view parent,
+                                                       std::string_view child) const {
+  const auto path =
+      tree_.path(std::string(frame_name(parent)), std::string(frame_name(child)), "/tf_static");
+  if (!path || !*path) return std::nullopt;
+  for (const auto& [edge, is_inverse] : **path) {
+    const auto found = moving_.find(edge.child);
+    if (found == moving_.end()) continue;
+    return fmt::format("the frame '{}' has the parent '{}' in /tf_static, and '{}' in /tf",
+                       edge.child, edge.parent, found->second);
+  }
+  return std::nullopt;
 }
 
 Result<std::optional<Pose>> StaticFrames::pose(std::string_view parent,

@@ -274,6 +274,39 @@ TEST_CASE("a slow client loses the oldest messages, is told, and keeps the map")
   CHECK(bench.data(frames[0]).message.size() == 50'000);
 }
 
+TEST_CASE("a map larger than the buffer reaches a slow client, and drops nothing that is latched") {
+  Bench bench(10'000);
+  bench.hub.see(kMap, 1, "");
+  bench.hub.see(kRisk, 1, "");
+  bench.hub.see(kStatic, 1, "");
+  const auto client = bench.join();
+  for (const std::uint32_t id : {1U, 2U, 3U})
+    CHECK(bench.hub.text(client, test::subscribe(id, id)));
+  bench.drain(client);
+  bench.hub.see(kStatic, 2, "static");
+  std::size_t most = 0;
+  for (int i = 0; i < 20; ++i) {
+    bench.hub.see(kMap, 10 + i, std::string(50'000, 'm'));
+    bench.hub.see(kRisk, 10 + i, std::string(1000, 'r'));
+    most = std::max(most, bench.hub.waiting_bytes(client));
+  }
+  CHECK(most < 52'000);  // one map
+  std::vector<std::uint64_t> maps;
+  std::size_t statics = 0, told = 0;
+  for (const Frame& frame : bench.drain(client)) {
+    if (frame.is_text) {
+      ++told;
+      continue;
+    }
+    const auto data = bench.data(frame);
+    if (data.subscription == 1) maps.push_back(data.time);
+    if (data.subscription == 3) ++statics;
+  }
+  CHECK(maps == std::vector<std::uint64_t>{29});
+  CHECK(statics == 1);
+  CHECK(told == 1);
+}
+
 TEST_CASE("a client that asks and does not read the answers is closed") {
   Bench bench;
   const auto client = bench.join();

@@ -3,8 +3,11 @@
 #include <doctest/doctest.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <condition_variable>
 #include <mutex>
+#include <set>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -73,6 +76,39 @@ TEST_CASE("messages pass between participants as they are") {
   CHECK(writer->readers() == 1);
   CHECK(to->writers_of("/text") == 1);
   CHECK(to->writers_of("/other") == 0);
+  CHECK(to->new_networks().empty());
+}
+
+TEST_CASE("endpoints whose quality of service does not fit are told on both sides") {
+  std::mutex mutex;
+  std::condition_variable changed;
+  std::set<std::string> told;
+  const auto options = [&](const std::string& who) {
+    ParticipantOptions own = options_of_test();
+    own.incompatible = [&, who](const IncompatibleQos& found) {
+      const std::scoped_lock lock(mutex);
+      told.insert(who + (found.is_read ? " reads " : " writes ") + found.topic + ": " +
+                  found.policy);
+      changed.notify_all();
+    };
+    return own;
+  };
+  auto from = Participant::open(options("from")), to = Participant::open(options("to"));
+  REQUIRE(from);
+  REQUIRE(to);
+  const auto connect = [&](const char* name, const Qos& offered, const Qos& requested) {
+    CHECK(from->advertise({.name = name, .type = "std_msgs/String", .qos = offered}));
+    CHECK(to->subscribe({.name = name, .type = "std_msgs/String", .qos = requested},
+                        [](std::string&&) {}));
+  };
+  connect("/fits", {.reliable = true, .transient_local = true}, {.reliable = false});
+  connect("/lossy", {.reliable = false}, {.reliable = true});
+  connect("/late", {.transient_local = false}, {.transient_local = true});
+  std::unique_lock lock(mutex);
+  changed.wait_for(lock, std::chrono::seconds(20), [&] { return told.size() >= 4; });
+  CHECK(told ==
+        std::set<std::string>{"from writes /lossy: RELIABILITY", "to reads /lossy: RELIABILITY",
+                              "from writes /late: DURABILITY", "to reads /late: DURABILITY"});
 }
 
 TEST_CASE("clients of ROS 2 get the answers to their own requests") {

@@ -68,6 +68,7 @@ TEST_CASE("Autoware switches the localizer off, has the vehicle looked for, and 
   CHECK(answers[0].message[4] == 1);
   CHECK_FALSE(autoware.scan());
   CHECK(autoware.robot.notices.count_of("scans_while_off") == 1);
+  CHECK(autoware.robot.session.idle(ns(autoware.stamp))->message == "switched off by its service");
 
   autoware.align(5.6, 8);
   while (answers = autoware.answers(), answers.empty()) {

@@ -168,6 +168,29 @@ TEST_CASE("scans without a mount are left out, until /tf_static tells it") {
   CHECK(robot.localize()->T_base_sensor.translation.x() == 0.0);
 }
 
+TEST_CASE("frames that another node publishes as well are told") {
+  Robot robot;
+  const auto give = [&](Input input, const char* parent, const char* child) {
+    const io::ros::PoseMessage one{
+        .header = {.stamp = kStart, .frame = parent}, .child = child, .pose = {}};
+    robot.give(input, kStart, io::ros::write_transforms(std::array{one}));
+  };
+  give(Input::static_transforms, "base_link", "lidar");
+  give(Input::transforms, "map",
+       "odom");  // nobody's business: without odometry, /tf gets base_link
+  robot.scan(kStart);
+  REQUIRE(robot.localize());
+  CHECK(robot.told.empty());
+  give(Input::transforms, "odom", "/base_link");
+  CHECK(robot.was_told(
+      "another node publishes 'base_link' under 'odom' in /tf, and this one under 'map'"));
+  give(Input::transforms, "arm", "lidar");
+  robot.scan(kStart + 0.1);
+  REQUIRE(robot.localize());
+  CHECK(robot.was_told(
+      "the frame 'lidar' has the parent 'base_link' in /tf_static, and 'arm' in /tf"));
+}
+
 TEST_CASE("an invalid transform does not hide those that follow it in its message") {
   Robot robot;
   io::ros::PoseMessage wheel{
@@ -215,6 +238,61 @@ TEST_CASE("a session that waits for a pose begins with it, at any height") {
   CHECK(found->report.has_pose);
   CHECK(found->report.T_map_scan.translation.x() == doctest::Approx(5.1).epsilon(1e-2));
   CHECK(found->report.T_map_scan.translation.z() == doctest::Approx(0.0).epsilon(1e-2));
+}
+
+TEST_CASE("a pose that is given between two drives of different times is not lost") {
+  LiveParams params = Robot::with_mount();
+  params.start = Start::wait;
+  Robot robot(params, std::nullopt);
+  robot.scan(kStart);
+  CHECK_FALSE(robot.localize());
+  robot.give(Input::initial_pose, kStart + 1.0,
+             io::ros::write_pose_with_covariance({.stamp = kStart, .frame = "map"}, test::at_x(5.0),
+                                                 io::ros::PoseCovariance::Zero()));
+  robot.world.stand_at(test::at_x(5.0));
+  robot.give(
+      Input::points, kStart + 2.0,
+      io::ros::write_point_cloud2({.stamp = kStart - 3600.0, .frame = "lidar"}, robot.world.scan));
+  CHECK(robot.was_told("went back by"));
+  const auto found = robot.localize();
+  REQUIRE(found);
+  CHECK(found->report.T_map_scan.translation.x() == doctest::Approx(5.0).epsilon(1e-2));
+}
+
+TEST_CASE("a session says why it localizes nothing") {
+  using Level = io::ros::Diagnostic::Level;
+  LiveParams params;
+  params.start = Start::wait;
+  Robot robot(params, std::nullopt);
+  const auto check = [&](double time, Level level, const std::string& message) {
+    const auto idle = robot.session.idle(ns(time));
+    REQUIRE(idle);
+    CHECK(idle->level == level);
+    CHECK(idle->message == message);
+  };
+  const auto check_busy = [&](double time) { CHECK_FALSE(robot.session.idle(ns(time))); };
+  check(kStart, Level::stale, "waits for a pose on /initialpose; no scan has come on /points yet");
+  robot.scan(kStart);
+  CHECK_FALSE(robot.localize());
+  check(kStart + 1.0, Level::error,
+        "waits for a pose on /initialpose; scans are in the frame 'lidar', and no transform leads "
+        "from 'base_link' to it: they are left out; publish /tf_static or give [live.frames] "
+        "T_base_sensor");
+  robot.scan(kStart + 0.1, "base_link");
+  CHECK_FALSE(robot.localize());
+  check(kStart + 1.0, Level::warn, "waits for a pose on /initialpose");
+  robot.give(Input::initial_pose, kStart + 1.0,
+             io::ros::write_pose_with_covariance({.stamp = kStart, .frame = "map"}, test::at_x(5.0),
+                                                 io::ros::PoseCovariance::Zero()));
+  robot.scan(kStart + 1.0, "base_link");
+  CHECK(robot.localize());
+  check_busy(kStart + 3.0);
+  check(kStart + 7.0, Level::stale, "no scan has come on /points for 6 s");
+  robot.give(Input::points, kStart + 7.0, "broken");
+  CHECK(robot.session.idle(ns(kStart + 7.0))->level == Level::error);
+  robot.scan(kStart + 7.1, "base_link");
+  CHECK(robot.localize());
+  check_busy(kStart + 7.1);
 }
 
 TEST_CASE("a prior is the pose between two of its source") {
@@ -363,7 +441,8 @@ TEST_CASE("a session survives damaged messages, and localizes afterwards") {
         return io::ros::write_pose_with_covariance(header, test::at_x(5.0), covariance).value();
       case Input::trigger: return set_bool(random() % 4 != 0);
       case Input::followed_pose:
-      case Input::static_transforms: break;
+      case Input::static_transforms:
+      case Input::transforms: break;
     }
     return io::ros::write_transforms(std::array{mount}).value();
   };
@@ -373,7 +452,7 @@ TEST_CASE("a session survives damaged messages, and localizes afterwards") {
     // Poses by hand and scans search: fewer of them.
     constexpr std::array kInputs{
         Input::points, Input::imu,   Input::odometry,          Input::initial_pose, Input::prior,
-        Input::fix,    Input::align, Input::static_transforms, Input::trigger};
+        Input::fix,    Input::align, Input::static_transforms, Input::transforms,   Input::trigger};
     const Input input = kInputs[random() % kInputs.size()];
     const bool is_costly =
         input == Input::points || input == Input::initial_pose || input == Input::align;

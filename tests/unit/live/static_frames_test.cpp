@@ -26,6 +26,18 @@ TEST_CASE("frames are found over several transforms, in either direction") {
   CHECK(frames.pose("base_link", "lidar").value()->translation.x() == 6.0);
 }
 
+TEST_CASE("a static frame that has a parent in /tf, too, is named") {
+  StaticFrames frames;
+  REQUIRE(frames.add(transform("base_link", "mast", 1.0)));
+  REQUIRE(frames.add(transform("mast", "lidar", 2.0)));
+  frames.add_moving(transform("odom", "base_link", 0.0));
+  CHECK_FALSE(frames.second_parent("base_link", "lidar"));
+  frames.add_moving(transform("/arm", "/mast", 0.0));
+  CHECK(frames.second_parent("base_link", "lidar") ==
+        "the frame 'mast' has the parent 'base_link' in /tf_static, and 'arm' in /tf");
+  CHECK_FALSE(frames.second_parent("base_link", "camera"));
+}
+
 TEST_CASE("a frame with two parents and an invalid transform are errors") {
   StaticFrames frames;
   REQUIRE(frames.add(transform("a", "c", 1.0)));

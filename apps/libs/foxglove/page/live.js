@@ -7,7 +7,7 @@ const seconds = () => performance.now() / 1000;
 const view = new View(byId('view'));
 const mostOfMap = view.isSlow ? 80000 : 400000, mostOfScan = view.isSlow ? 30000 : 150000;  // points that are drawn
 if (!view.gl) notice('webgl', 'This browser shows no WebGL, which points are drawn with. All else is shown.');
-let session = null, names = {}, roles = new Map(), ground = null, frames, robot, path, waiting, answers, arrivals, given, follows = true;
+let session = null, names = {}, roles = new Map(), ground = null, frames, robot, path, waiting, answers, arrivals, given, idle, follows = true;
 
 const begin = () => {
   frames = new Frames();
@@ -17,6 +17,7 @@ const begin = () => {
   answers = [];          // of the last minute: {at, risk, delay, state, points}
   arrivals = new Map();  // of scans, by stamp [ms]
   given = null;          // the pose that is being set, or was a moment ago
+  idle = null;           // why no scan is localized
   ground = null;
   view.show('map', null);
   view.show('scan', null);
@@ -130,7 +131,9 @@ const answer = one => {
 };
 const takeDiagnostics = (cdr, time) => {
   const {stamp, status: [one]} = readDiagnostics(cdr);
-  if (!one || !one.values.has('tracking')) return;
+  if (!one) return;
+  idle = one.values.has('tracking') ? null : one.message;
+  if (idle !== null) return showState('waits', idle);
   const value = key => one.values.get(key), ms = key => (1000 * Number(value(key))).toFixed(1);
   const state = value('tracking'), delay = arrivals.has(stamp) ? time - arrivals.get(stamp) : null;
   answer({risk: Number(value('risk')), delay, state});
@@ -160,7 +163,7 @@ setInterval(() => {
   const age = answers.length ? seconds() - answers[answers.length - 1].at : 0;
   document.querySelector('main').classList.toggle('stale', age > kStale);
   if (given && given.sent < seconds() - 3) given = null, view.changed();
-  if (age > kStale && connection.is_open) showState('waits', 'no scan was localized for ' + Math.round(age) + ' s');
+  if (age > kStale && connection.is_open) showState('waits', idle ?? 'no scan was localized for ' + Math.round(age) + ' s');
   drawStrips();
 }, 1000);
 
@@ -230,6 +233,7 @@ const rolesOf = names => new Map([[names.map, takeMap], [names.points, takeScan]
 const connection = new Connection(new URL('.', location).href.replace(/^http/, 'ws'), {
   info: text => {
     connection.is_open = true;
+    byId('set').disabled = false;
     if (session !== text.sessionId) begin();
     session = text.sessionId;
     names = Object.fromEntries(Object.entries(text.metadata || {}).map(([key, name]) => [key.replace('vantage.', ''), name]));
@@ -241,6 +245,9 @@ const connection = new Connection(new URL('.', location).href.replace(/^http/, '
   status: ({id, level, message}) => { if (level > 0) notice(id || message, message); },
   lost: () => {
     connection.is_open = false;
+    byId('set').disabled = true;
+    if (view.pointing || given) notice('pose', 'The connection was lost while a pose was set: it may not have arrived. Set it again.');
+    given = null;
     point(false);
     showState('offline', 'no connection to ' + location.host + '; it is tried again every second');
   },

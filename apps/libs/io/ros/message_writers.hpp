@@ -29,7 +29,7 @@ enum class Coordinates : std::uint8_t { float32, float64 };
 
 /// diagnostic_msgs/DiagnosticStatus.
 struct Diagnostic {
-  enum class Level : std::uint8_t { ok = 0, warn = 1, error = 2 };
+  enum class Level : std::uint8_t { ok = 0, warn = 1, error = 2, stale = 3 };
   Level level = Level::ok;
   std::string name, message;
   std::vector<std::pair<std::string, std::string>> values;
