@@ -58,15 +58,17 @@ Result<dds::Participant> open_participant(const live::LiveParams& params, live::
   return participant;
 }
 
-bool NetworkWatch::sees_new(const dds::Participant& participant) {
+bool NetworkWatch::sees_first(const dds::Participant& participant) {
   constexpr std::chrono::seconds kPeriod(1);
   const auto time = std::chrono::steady_clock::now();
   if (looked_ && time - *looked_ < kPeriod) return false;
   looked_ = time;
-  const auto came = participant.new_networks();
-  if (came.empty()) return false;
-  say(fmt::format("the network {} came up: connects again", fmt::join(came, ", ")));
-  return true;
+  const auto before = std::exchange(came_, participant.new_networks());
+  if (came_.empty() || came_ == before) return false;
+  const bool is_first = participant.is_alone();
+  say(fmt::format("the network {} came up: {}", fmt::join(came_, ", "),
+                  is_first ? "connects again" : "nodes in it are found after a new start only"));
+  return is_first;
 }
 
 Result<std::map<live::Input, dds::Topic>> subscribe(dds::Participant& participant,

@@ -5,6 +5,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "dds/participant.hpp"
 #include "live/inbox.hpp"
@@ -34,11 +35,13 @@ void say(const std::string& text);
 /// Looks for networks that came up since a participant was made, once a second, and tells of them.
 class NetworkWatch {
  public:
-  /// @return whether the participant is to be made anew
-  [[nodiscard]] bool sees_new(const dds::Participant& participant);
+  /// Tells of networks that came up.
+  /// @return whether the participant is to be made anew: it was made without any
+  [[nodiscard]] bool sees_first(const dds::Participant& participant);
 
  private:
   std::optional<std::chrono::steady_clock::time_point> looked_;
+  std::vector<std::string> came_;
 };
 
 /// Puts the messages of all inputs of [live.topics] into an inbox, which must outlive the

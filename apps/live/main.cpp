@@ -114,9 +114,9 @@ class Node {
     return connect_dds();
   }
 
-  /// Connects again if another network came up. Errors: those of Participant.
+  /// Connects again once the first network is up. Errors: those of Participant.
   [[nodiscard]] Result<void> follow_network() {
-    if (!network_.sees_new(*participant_)) return {};
+    if (!network_.sees_first(*participant_)) return {};
     worker_.finish();  // its jobs write to what goes
     outputs_.clear();
     repliers_.clear();

@@ -29,7 +29,7 @@ Result<void> serve_maps(const live::LiveParams& params, const Bundle& bundle, do
   say(fmt::format("ready in domain {}: maps for the poses of {}", params.domain,
                   params.topics.followed_pose));
   while (!is_over()) {
-    if (network.sees_new(*participant)) {
+    if (network.sees_first(*participant)) {
       server.forget();  // who comes later gets the map from the new writer
       VANTAGE_CHECK(connect());
     }

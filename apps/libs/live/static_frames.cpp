@@ -29,7 +29,7 @@ std::optional<std::string> StaticFrames::second_parent(std::string_view parent,
   if (!path || !*path) return std::nullopt;
   for (const auto& [edge, is_inverse] : **path) {
     const auto found = moving_.find(edge.child);
-    if (found == moving_.end()) continue;
+    if (found == moving_.end() || found->second == frame_name(edge.parent)) continue;
     return fmt::format("the frame '{}' has the parent '{}' in /tf_static, and '{}' in /tf",
                        edge.child, edge.parent, found->second);
   }
