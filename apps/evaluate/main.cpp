@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "checks/notes.hpp"
 #include "evaluate/report.hpp"
 #include "evaluate/route_options.hpp"
 #include "evaluation/json.hpp"
@@ -168,6 +169,9 @@ Result<void> run(const Options& options) {
   }
   VANTAGE_TRY(const auto routes, options.routes.open(map_files));
   VANTAGE_CHECK(check_outputs(options, configs, routes));
+  for (const NamedInputs& route : routes) {
+    checks::print(std::cerr, checks::notes_on_damage(damaged_besides_scans(route.inputs)));
+  }
 
   const EvaluationOptions how{
       .loader = options.common.loader(),

@@ -172,7 +172,8 @@ Result<std::optional<checks::Note>> cause_of_loss(const Bundle& bundle, const Co
                                                   const RunInputs& inputs,
                                                   const PluginLoader& plugins, bool began,
                                                   bool place) {
-  VANTAGE_TRY(const auto first, first_scans(inputs, checks::kScansToTry));
+  VANTAGE_TRY(const auto read, first_scans(inputs, checks::kScansToTry));
+  const std::vector<io::StampedScan>& first = read.scans;
   VANTAGE_TRY(const checks::Fit fit,
               checks::fit_of(bundle, config, plugins, first, samples_of(inputs)));
   VANTAGE_TRY(auto note, checks::try_changes(bundle, config, plugins, first, fit));
@@ -235,6 +236,7 @@ Result<void> run(const CLI::App& app, const Options& options) {
   VANTAGE_TRY(auto inputs, options.inputs.open(config.map ? config.map->files
                                                           : std::vector<std::filesystem::path>()));
   inputs.speed = options.speed;
+  checks::print(std::cerr, checks::notes_on_damage(damaged_besides_scans(inputs)));
   if (options.initial_pose == "auto") {
     inputs.start_anywhere = true;
   } else if (!options.initial_pose.empty()) {

@@ -133,9 +133,11 @@ Result<checks::MapFacts> facts_of(const WideAreaMap& map) {
   return checks::measure_map(sample);
 }
 
-Result<FirstScans> read_first_scans(const RunInputs& inputs) {
+Result<FirstScans> read_first_scans(RunInputs& inputs) {
   FirstScans first;
-  VANTAGE_TRY(first.scans, first_scans(inputs, checks::ScanSurvey::kAmong));
+  VANTAGE_TRY(ScansRead read, first_scans(inputs, checks::ScanSurvey::kAmong));
+  first.scans = std::move(read.scans);
+  add_damage(inputs, read.damage);
   checks::ScanSurvey survey;
   for (const io::StampedScan& scan : first.scans) survey.offer(scan);
   first.facts = survey.facts();

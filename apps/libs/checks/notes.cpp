@@ -101,6 +101,15 @@ std::optional<Note> note_on_elevations(const ScanFacts& scans, const SelectorCon
 
 }  // namespace
 
+std::vector<Note> notes_on_damage(std::span<const Error> damaged) {
+  std::vector<Note> notes;
+  for (const Error& error : damaged) {
+    const std::string file = error.where ? error.where->file + ": " : std::string();
+    notes.push_back({file + error.message, "what comes before is used"});
+  }
+  return notes;
+}
+
 std::vector<Note> notes_on(const MapFacts& map) {
   constexpr double kSparsest = 1.5, kDensest = 0.002;  // spacing of maps that are in metres [m]
   constexpr double kCoarsest = 0.005;                  // rounding that costs no accuracy [m]

@@ -245,6 +245,25 @@ Result<RunScan> localize_scan(Localizer& localizer, const RunInputs& inputs, Mot
 }
 }  // namespace
 
+void add_damage(RunInputs& inputs, const std::optional<Error>& damage) {
+  if (!damage) return;
+  const auto is_it = [&](const Error& known) {
+    return known.message == damage->message && known.where == damage->where;
+  };
+  if (std::ranges::none_of(inputs.damaged, is_it)) inputs.damaged.push_back(*damage);
+}
+
+std::vector<Error> damaged_besides_scans(const RunInputs& inputs) {
+  const std::filesystem::path& scans = inputs.scans.path;
+  std::vector<Error> others;
+  for (const Error& error : inputs.damaged) {
+    const std::filesystem::path file = error.where ? error.where->file : std::string();
+    // A bag in parts is a folder.
+    if (file != scans && file.parent_path() != scans) others.push_back(error);
+  }
+  return others;
+}
+
 void predict(RunScan& scan, const PredictedErrors& of_bundle) {
   if (!scan.report.has_pose) return;
   const Pose& at = scan.reference ? *scan.reference : scan.report.T_map_scan;
@@ -289,15 +308,16 @@ Result<Run> localize_scans(Localizer localizer, const std::string& config, const
   return Run{std::move(info), std::move(scans)};
 }
 
-Result<std::vector<io::StampedScan>> first_scans(const RunInputs& inputs, std::size_t count) {
+Result<ScansRead> first_scans(const RunInputs& inputs, std::size_t count) {
   VANTAGE_TRY(ScanWindow window, ScanWindow::open(inputs));
-  std::vector<io::StampedScan> scans;
-  while (scans.size() < count) {
-    VANTAGE_TRY(auto scan, window.next());
-    if (!scan) break;
-    scans.push_back(*std::move(scan));
+  ScansRead read;
+  while (read.scans.size() < count) {
+    auto scan = window.next();  // the first was read to open the window
+    if (!scan) read.damage = std::move(scan).error();
+    if (read.damage || !*scan) break;
+    read.scans.push_back(**std::move(scan));
   }
-  return scans;
+  return read;
 }
 
 Result<RunInfo> localize_each(Localizer localizer, const std::string& config,

@@ -93,7 +93,7 @@ Result<PosePriors> priors_in_file(const PriorSource& source, const SensorFrame& 
   VANTAGE_TRY(const auto poses,
               read_sensor_trajectory({source.path, source.topic, source.rate_hz}, sensor));
   PosePriors found{.priors = {}, .source = source.path.string()};
-  for (const StampedPose& moment : poses) {
+  for (const StampedPose& moment : poses.poses) {
     found.priors.push_back({moment.stamp,
                             {.T_map_sensor = moment.pose,
                              .sigma_translation = rule.translation(nullptr),
@@ -109,6 +109,7 @@ Result<PosePriors> priors_of_poses(ros::MessageReader& reader, const PriorSource
   VANTAGE_TRY(const auto T_child_sensor,
               sensor_mount("poses of " + poses.topic, poses.child, source.path, sensor));
   PosePriors found{.priors = {}, .source = fmt::format("{} {}", source.path.string(), topic)};
+  found.damage = poses.damage;
   std::uint64_t empty = 0;
   for (std::size_t i = 0; i < poses.poses.size(); ++i) {
     const ros::PoseVariances* const stated =
@@ -178,6 +179,7 @@ Result<PosePriors> priors_of_fixes(ros::MessageReader& reader,
   VANTAGE_TRY(const Eigen::Vector3d offset, antenna_offset(fixes, topic, source, sensor));
   constexpr double kUnknown = std::numeric_limits<double>::infinity();
   PosePriors found{.priors = {}, .source = fmt::format("{} {}", source.path.string(), topic)};
+  found.damage = fixes.damage;
   if (!projection.unknown_heights().empty()) found.notes.push_back(projection.unknown_heights());
   std::uint64_t empty = 0, not_in_map = 0;
   for (const ros::StampedFix& fix : fixes.fixes) {

@@ -116,9 +116,9 @@ Result<void> check_mount(const InputOptions& options) {
 }
 
 /// @param option  "--odometry", which has an option "--odometry-topic" beside it
-Result<io::Trajectory> read_poses(const std::string& option, const std::string& named,
-                                  const std::string& topic, const InputOptions& options,
-                                  const io::SensorFrame& sensor) {
+Result<io::SensorTrajectory> read_poses(const std::string& option, const std::string& named,
+                                        const std::string& topic, const InputOptions& options,
+                                        const io::SensorFrame& sensor) {
   VANTAGE_TRY(const auto place, named_place(option, named, topic, options.scans));
   return of_place(io::read_sensor_trajectory({place.path, place.topic, options.rate_hz}, sensor),
                   place, named);
@@ -226,14 +226,18 @@ Result<RunInputs> InputOptions::open(std::span<const std::filesystem::path> map_
   if (reference.empty()) {
     VANTAGE_CHECK(check_unused("--reference", {{"--reference-topic", !reference_topic.empty()}}));
   } else {
-    VANTAGE_TRY(inputs.reference,
+    VANTAGE_TRY(auto read,
                 read_poses("--reference", reference.string(), reference_topic, *this, sensor));
+    add_damage(inputs, read.damage);
+    inputs.reference = std::move(read.poses);
   }
   if (odometry.empty()) {
     VANTAGE_CHECK(check_unused("--odometry", {{"--odometry-topic", !odometry_topic.empty()}}));
   } else {
-    VANTAGE_TRY(inputs.odometry,
+    VANTAGE_TRY(auto read,
                 read_poses("--odometry", odometry.string(), odometry_topic, *this, sensor));
+    add_damage(inputs, read.damage);
+    inputs.odometry = std::move(read.poses);
   }
   if (prior.empty()) {
     VANTAGE_CHECK(check_unused("--prior", {{"--prior-topic", !prior_topic.empty()},
@@ -241,12 +245,14 @@ Result<RunInputs> InputOptions::open(std::span<const std::filesystem::path> map_
                                            {"--map-projector", !map_projector.empty()}}));
   } else {
     VANTAGE_TRY(inputs.priors, read_priors(*this, sensor, map_files));
+    add_damage(inputs, inputs.priors->damage);
   }
   if (imu.empty()) {
     VANTAGE_CHECK(check_unused(
         "--imu", {{"--imu-topic", !imu_topic.empty()}, {"--imu-by-frame", imu_by_frame}}));
   } else {
     VANTAGE_TRY(inputs.imu, read_imu(*this));
+    add_damage(inputs, inputs.imu->damage);
   }
   return inputs;
 }

@@ -77,6 +77,23 @@ TEST_CASE("a recording is opened once: the run reads what was opened to look at 
   }
 }
 
+TEST_CASE("damage of inputs is kept once, and is that of the scans or of another file") {
+  const auto damage = [](const std::string& file) {
+    return Error{
+        ErrorCode::corrupt_data, "the file ends at byte 7", SourceLocation{file, 0, 0}, {}};
+  };
+  RunInputs inputs;
+  inputs.scans.path = "/data/run";
+  add_damage(inputs, std::nullopt);
+  for (const char* file : {"/data/run/run_1.mcap", "/data/imu.bag", "/data/imu.bag"}) {
+    add_damage(inputs, damage(file));
+  }
+  CHECK(inputs.damaged.size() == 2);
+  const auto others = damaged_besides_scans(inputs);
+  REQUIRE(others.size() == 1);
+  CHECK(others.front().where->file == "/data/imu.bag");
+}
+
 TEST_CASE("a run and each of its scans have the alert limit of the localizer") {
   const test::TemporaryFolder folder;
   const RunInputs inputs = inputs_in(folder);

@@ -264,6 +264,26 @@ TEST_CASE("priors: messages of NavSatFix that cannot be used are left out and co
                  "the position is that of 'other', expected that of 'gnss' as before");
 }
 
+TEST_CASE("priors: a bag that is cut off gives the positions before the cut, and says it") {
+  const TemporaryFolder folder;
+  const std::filesystem::path projector = put_projector(folder);
+  std::vector<TestFix> fixes(20);
+  for (std::uint32_t i = 0; i < fixes.size(); ++i) fixes[i].seconds = i + 1;
+  for (const auto layout : {MessageWriter::Layout::ros1, MessageWriter::Layout::cdr_little}) {
+    const auto path = fix_bag(folder, fixes, layout);
+    const PriorSource source{.path = path, .map_projector = projector};
+    const PosePriors all = read_sound_priors(source);
+    CHECK(all.priors.size() == 20);
+    CHECK_FALSE(all.damage);
+    std::filesystem::resize_file(path, std::filesystem::file_size(path) / 2);
+    const PosePriors some = read_sound_priors(source);
+    CHECK(some.priors.size() >= 2);
+    CHECK(some.priors.size() < 20);
+    REQUIRE(some.damage);
+    check_clear(*some.damage, ErrorCode::corrupt_data, "prior.bag", "the file ends at byte");
+  }
+}
+
 TEST_CASE("priors: where the sensor is from the antenna") {
   const TemporaryFolder folder;
   const auto projector = put_projector(folder);

@@ -27,6 +27,7 @@ struct BagFixes {
   std::uint64_t without_fix = 0;  ///< messages that say so
   std::uint64_t not_finite = 0;   ///< messages with a fix, but a position that is not finite
   std::uint64_t not_later = 0;    ///< stamped no later than the one before
+  std::optional<Error> damage;    ///< at which a bag that is cut off or damaged ends
 };
 
 /// Reads the whole bag and selects other topics. Stamps are those of the headers, or log times if

@@ -45,6 +45,9 @@ struct RunInputs {
   std::optional<io::PosePriors> priors = {};
   /// What the sensor's inertial measurement unit says.
   std::optional<io::ImuRecording> imu = {};
+  /// At which bags end that are cut off or damaged, and of which something other than scans was
+  /// read; what comes before is used. Each is there once.
+  std::vector<Error> damaged = {};
 };
 
 /// The samples of the IMU; none without one.
@@ -52,6 +55,11 @@ struct RunInputs {
   return inputs.imu ? std::span<const ImuSample>(inputs.imu->samples)
                     : std::span<const ImuSample>();
 }
+
+/// Adds an error to RunInputs::damaged, if there is one and no other input has met it.
+void add_damage(RunInputs& inputs, const std::optional<Error>& damage);
+/// RunInputs::damaged without what ends the scans, too: a run says it as its failure.
+[[nodiscard]] std::vector<Error> damaged_besides_scans(const RunInputs& inputs);
 
 /// The difference between an estimate and the reference. The trajectories are not aligned first.
 struct PoseError {
@@ -112,9 +120,13 @@ struct RunInfo {
   std::optional<Error> failure = {};   ///< why the run ended early; the scans before it are there
 };
 
+/// The beginning of a recording.
+struct ScansRead {
+  std::vector<io::StampedScan> scans;
+  std::optional<Error> damage = {};  ///< at which the recording ends after at least one scan
+};
 /// The first scans of the run's window. Errors: those of the recording.
-[[nodiscard]] Result<std::vector<io::StampedScan>> first_scans(const RunInputs& inputs,
-                                                               std::size_t count);
+[[nodiscard]] Result<ScansRead> first_scans(const RunInputs& inputs, std::size_t count);
 
 /// One pass over recorded scans with one configuration.
 struct Run : RunInfo {

@@ -42,6 +42,8 @@ struct PosePriors {
   std::string source;                ///< the path and the topic, for messages
   /// Sentences for the user: what was left out, and why something is not known.
   std::vector<std::string> notes = {};
+  /// At which a bag that is cut off or damaged ends; the priors are those before.
+  std::optional<Error> damage = {};
 };
 
 /// Reads priors of the sensor.
