@@ -38,14 +38,13 @@ Result<BagFixes> read_bag_fixes(MessageReader& reader, const std::vector<std::si
         has_log_times ? seconds_from(message.log_time) : fix->header.stamp.seconds();
     if (!fix->has_fix) {
       ++found.without_fix;
-    } else if (!std::isfinite(at.latitude) || !std::isfinite(at.longitude) ||
-               !std::isfinite(at.altitude)) {
+    } else if (!std::isfinite(at.latitude) || !std::isfinite(at.longitude)) {
       ++found.not_finite;
     } else if ((!has_log_times && stamp == 0.0) ||
                (!found.fixes.empty() && stamp <= found.fixes.back().stamp)) {
       ++found.not_later;
     } else {
-      found.fixes.push_back({stamp, at, fix->variances});
+      found.fixes.push_back({stamp, at, fix->variances, std::isfinite(at.altitude)});
     }
     return {};
   };
