@@ -139,6 +139,10 @@ Result<FirstScans> read_first_scans(RunInputs& inputs) {
   first.scans = std::move(read.scans);
   add_damage(inputs, read.damage);
   checks::ScanSurvey survey;
+  if (!first.scans.empty() && inputs.opened) {
+    const auto stamps = check_stamps(inputs, first.scans.front().stamp, inputs.opened->describe());
+    if (!stamps) first.stamps = stamps.error();
+  }
   for (const io::StampedScan& scan : first.scans) survey.offer(scan);
   first.facts = survey.facts();
   if (first.scans.size() > checks::kScansToTry) first.scans.resize(checks::kScansToTry);
@@ -157,6 +161,7 @@ Result<Findings> look_at(const checks::MapFacts& map_facts, const Config& config
   std::vector<checks::Note> notes = notes_on(first.facts, config, has_imu);
   if (findings.notes.empty() && notes.empty() && config.matcher && !map.tiles) {
     if (!quiet) std::cerr << "comparing scans with the map\n";
+  if (first.stamps) notes.insert(notes.begin(), checks::note_on_stamps(*first.stamps));
     VANTAGE_TRY(auto found, compare(config, map, first.scans, imu, plugins));
     findings.fit = found.fit;
     if (found.note) notes.push_back(*std::move(found.note));

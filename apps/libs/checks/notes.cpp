@@ -110,6 +110,24 @@ std::vector<Note> notes_on_damage(std::span<const Error> damaged) {
   return notes;
 }
 
+Note note_on_stamps(const Error& error) {
+  const std::string file = error.where ? error.where->file + ": " : std::string();
+  return {file + error.message, "give both with the same clock, in seconds; it would not be used"};
+}
+
+std::optional<Note> note_on_reference(double least, double median, double most) {
+  constexpr double kFar = 10.0;       // [m]
+  constexpr double kConstant = 0.02;  // of the error; a turned frame changes it more
+  if (median < kFar) return std::nullopt;
+  const bool shifted = most - least < kConstant * median;
+  return Note{fmt::format("the poses of tracked scans are {} from the reference in the median, and "
+                          "the scans fit the map",
+                          metres(median)),
+              shifted ? "the reference is shifted by that: give it in the frame of the map"
+                      : "the reference is probably in another frame than the map, or its stamps "
+                        "are those of another clock than the scans'"};
+}
+
 std::vector<Note> notes_on(const MapFacts& map) {
   constexpr double kSparsest = 1.5, kDensest = 0.002;  // spacing of maps that are in metres [m]
   constexpr double kCoarsest = 0.005;                  // rounding that costs no accuracy [m]

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -16,6 +17,11 @@ namespace vantage::checks {
 /// What cut off or damaged bags leave out.
 /// @param damaged  the errors at which they end
 [[nodiscard]] std::vector<Note> notes_on_damage(std::span<const Error> damaged);
+/// An input that has nothing of the time of the scans. @param error  that of check_stamps
+[[nodiscard]] Note note_on_stamps(const Error& error);
+/// A reference that tracked scans are far from.
+/// @param least, median, most  of the errors of tracked scans [m]
+[[nodiscard]] std::optional<Note> note_on_reference(double least, double median, double most);
 /// What of a configuration does not suit its map.
 /// @param config  with the defaults of its plugins filled in, as `with_plugin_defaults` returns it
 [[nodiscard]] std::vector<Note> notes_on(const MapFacts& map, const Config& config);

@@ -285,6 +285,40 @@ TEST_CASE("a prior that is no file must be a topic of the scans' bag") {
   REQUIRE_FALSE(no_file);
   CHECK(no_file.error().code == ErrorCode::not_found);
 }
+TEST_CASE("stamps of another unit or clock are named before a scan is localized") {
+  const test::TemporaryFolder folder;
+  const RunInputs plain = inputs_in(folder);
+  REQUIRE(plain.opened->describe().last_stamp == 3.0);
+  const auto said = [&](double begin, double end, std::optional<double> duration = {}) {
+    RunInputs inputs = plain;
+    inputs.odometry = {{.stamp = begin, .pose = {}}, {.stamp = end, .pose = {}}};
+    inputs.window.duration = duration;
+    const auto checked = check_stamps(inputs, 1.0, plain.opened->describe());
+    return checked ? std::string() : checked.error().message;
+  };
+  CHECK(said(0.5, 1.5).empty());
+  CHECK(said(2.0, 9.0).empty());
+  CHECK(said(50.0, 90.0).empty());  // a bag's last stamp is a guess
+  CHECK_FALSE(said(50.0, 90.0, 5.0).empty());
+  CHECK(said(1e6, 3e6) ==
+        "no scan has a pose of the odometry: the odometry has poses from 1000000 to 3000000 s, the "
+        "scans begin at 1 s; stamps are those of the messages' headers; its stamps seem to be in "
+        "microseconds, and stamps are in seconds");
+  CHECK(said(1e9, 3e9).ends_with("seem to be in nanoseconds, and stamps are in seconds"));
+  CHECK(said(1.7e11, 1.8e11).find("the two have different clocks") != std::string::npos);
+  const auto late = check_stamps(plain, 1.7e12, {});
+  CHECK(late);  // there is no other input
+  RunInputs other = plain;
+  other.odometry = {{.stamp = 1.7e9, .pose = {}}, {.stamp = 1.7e9 + 60.0, .pose = {}}};
+  io::ScanDescription recording;
+  recording.last_stamp = 1.7e12 + 6e4;
+  const auto milliseconds = check_stamps(other, 1.7e12, recording);
+  REQUIRE_FALSE(milliseconds);
+  CHECK(
+      milliseconds.error().message.ends_with("the stamps of the scans seem to be in "
+                                             "milliseconds, and stamps are in seconds"));
+}
+
 
 TEST_CASE("GNSS in the bag of the scans, placed by the projection beside the map") {
   const test::TemporaryFolder folder;

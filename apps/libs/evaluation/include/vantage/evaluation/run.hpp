@@ -120,13 +120,24 @@ struct RunInfo {
   std::optional<Error> failure = {};   ///< why the run ended early; the scans before it are there
 };
 
+/// Checks that each other input has something of the time of the scans. It is done before a run, as
+/// far as the recording says when its last scan is, and again at its end.
+/// @param first_stamp  of the first scan of the window [s]
+/// @param scans        the recording
+/// Errors: `invalid_input`, with the times of both, and the unit in which they would agree.
+[[nodiscard]] Result<void> check_stamps(const RunInputs& inputs, double first_stamp,
+                                        const io::ScanDescription& scans);
+
 /// The beginning of a recording.
 struct ScansRead {
   std::vector<io::StampedScan> scans;
-  std::optional<Error> damage = {};  ///< at which the recording ends after at least one scan
+  std::vector<io::StampedScan> later = {};  ///< spread over the rest of it
+  std::optional<Error> damage = {};         ///< at which the recording ends after at least one scan
 };
 /// The first scans of the run's window. Errors: those of the recording.
-[[nodiscard]] Result<ScansRead> first_scans(const RunInputs& inputs, std::size_t count);
+/// @param later  the number of later ones; fewer if the recording does not say how long it is
+[[nodiscard]] Result<ScansRead> first_scans(const RunInputs& inputs, std::size_t count,
+                                            std::size_t later = 0);
 
 /// One pass over recorded scans with one configuration.
 struct Run : RunInfo {
