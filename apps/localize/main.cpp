@@ -211,6 +211,11 @@ Result<std::vector<checks::Note>> suspicions(const RunSummary& summary, bool beg
   } else {
     add(notes_on_sensor(scans, config, imu));
   }
+  if (const Statistics error = summary["error_m"]; error.count > 0) {
+    if (auto note = checks::note_on_reference(error.min, error.median, error.max)) {
+      notes.push_back(*std::move(note));
+    }
+  }
   return notes;
 }
 

@@ -111,6 +111,16 @@ TEST_CASE("a configuration that does not suit the map") {
   CHECK(only(notes_on(good_map(), other)).starts_with("visibility.max_range is 1 m"));
 }
 
+TEST_CASE("a reference that tracked scans are far from") {
+  CHECK_FALSE(note_on_reference(0.0, 0.02, 3.0));
+  CHECK_FALSE(note_on_reference(0.0, 9.0, 3000.0));
+  const auto far = note_on_reference(200.0, 3456.0, 9000.0);
+  REQUIRE(far);
+  CHECK(far->what.starts_with("the poses of tracked scans are 3,456 m from the reference"));
+  CHECK(far->advice.find("in another frame than the map, or its stamps") != std::string::npos);
+  CHECK(note_on_reference(99.9, 100.0, 100.1)->advice.starts_with("the reference is shifted"));
+}
+
 TEST_CASE("scans in other units or another frame, and without points") {
   const auto note = [](auto change) {
     ScanFacts scans = good_scans();
