@@ -134,8 +134,9 @@ Result<checks::MapFacts> facts_of(const WideAreaMap& map) {
 }
 
 Result<FirstScans> read_first_scans(RunInputs& inputs) {
+  constexpr std::size_t kLater = 8;  // where the sensor was is only seen when it has moved
   FirstScans first;
-  VANTAGE_TRY(ScansRead read, first_scans(inputs, checks::ScanSurvey::kAmong));
+  VANTAGE_TRY(ScansRead read, first_scans(inputs, checks::ScanSurvey::kAmong, kLater));
   first.scans = std::move(read.scans);
   add_damage(inputs, read.damage);
   checks::ScanSurvey survey;
@@ -144,6 +145,7 @@ Result<FirstScans> read_first_scans(RunInputs& inputs) {
     if (!stamps) first.stamps = stamps.error();
   }
   for (const io::StampedScan& scan : first.scans) survey.offer(scan);
+  for (const io::StampedScan& scan : read.later) survey.place(scan);
   first.facts = survey.facts();
   if (first.scans.size() > checks::kScansToTry) first.scans.resize(checks::kScansToTry);
   return first;

@@ -188,6 +188,7 @@ std::vector<Note> notes_on(const ScanFacts& scans, bool imu) {
   constexpr double kTypical = 40.0;                    // [m]
   constexpr double kAside = 3.0, kFarAside = 20.0;     // eccentricity; [m]
   constexpr double kFewest = 300.0;                    // points of a scan
+  constexpr std::size_t kFewestElsewhere = 2;
   std::vector<Note> notes;
   if (scans.scans == 0) return notes;
   if (scans.ranges.empty()) {
@@ -204,6 +205,14 @@ std::vector<Note> notes_on(const ScanFacts& scans, bool imu) {
   if (scans.eccentricity > kAside && scans.range_at(0.5) > kFarAside) {
     notes.push_back({"the points of a scan lie all on one side of the sensor, far away",
                      "they seem to be in the map's frame; give scans in the sensor's frame"});
+    return notes;
+  }
+  if (scans.elsewhere >= kFewestElsewhere && 4 * scans.elsewhere >= scans.placed) {
+    notes.push_back(
+        {fmt::format("{} of {} scans were not taken from the origin of their points, but up to "
+                     "{:.0f} m beside it, as what they see behind other things shows",
+                     scans.elsewhere, scans.placed, scans.farthest),
+         "they seem to be in the map's frame; give scans in the sensor's frame"});
     return notes;
   }
   if (reach > kFarthest || reach < kNearest) {

@@ -136,6 +136,12 @@ TEST_CASE("scans in other units or another frame, and without points") {
   CHECK(note(times(100.0)).ends_with("seem to be in centimetres"));
   CHECK(note(times(0.001)).ends_with("seem to be in kilometres"));
   CHECK(note([](ScanFacts& s) { s.eccentricity = 20.0; }).find("map's frame") != std::string::npos);
+  CHECK(note([](ScanFacts& s) {
+          s.placed = 10;
+          s.elsewhere = 3;
+          s.farthest = 22.4;
+        }).find("3 of 10 scans were not taken from the origin of their points, but up to 22 m") ==
+        0);
   CHECK(note([](ScanFacts& s) { s.ranges.clear(); }).starts_with("5 scans were looked at"));
   CHECK(note([](ScanFacts& s) { s.empty = 2; }).starts_with("2 of 5 scans"));
   CHECK(note([](ScanFacts& s) { s.points = 40.0; }).starts_with("a scan has 40 points"));
