@@ -139,11 +139,11 @@ Result<FirstScans> read_first_scans(RunInputs& inputs) {
   VANTAGE_TRY(ScansRead read, first_scans(inputs, checks::ScanSurvey::kAmong, kLater));
   first.scans = std::move(read.scans);
   add_damage(inputs, read.damage);
-  checks::ScanSurvey survey;
   if (!first.scans.empty() && inputs.opened) {
     const auto stamps = check_stamps(inputs, first.scans.front().stamp, inputs.opened->describe());
     if (!stamps) first.stamps = stamps.error();
   }
+  checks::ScanSurvey survey;
   for (const io::StampedScan& scan : first.scans) survey.offer(scan);
   for (const io::StampedScan& scan : read.later) survey.place(scan);
   first.facts = survey.facts();
@@ -161,9 +161,9 @@ Result<Findings> look_at(const checks::MapFacts& map_facts, const Config& config
   Findings findings = look_at(map_facts, config);
   const bool has_imu = !imu.empty();
   std::vector<checks::Note> notes = notes_on(first.facts, config, has_imu);
+  if (first.stamps) notes.insert(notes.begin(), checks::note_on_stamps(*first.stamps));
   if (findings.notes.empty() && notes.empty() && config.matcher && !map.tiles) {
     if (!quiet) std::cerr << "comparing scans with the map\n";
-  if (first.stamps) notes.insert(notes.begin(), checks::note_on_stamps(*first.stamps));
     VANTAGE_TRY(auto found, compare(config, map, first.scans, imu, plugins));
     findings.fit = found.fit;
     if (found.note) notes.push_back(*std::move(found.note));

@@ -146,15 +146,17 @@ struct Span {
 /// Why stamps of two inputs may differ: one of them has another unit, or another clock.
 std::string cause_of_difference(const Recorded& one, Span scans) {
   constexpr double kHour = 3600.0, kDay = 24.0 * kHour;  // [s]
+  constexpr double kLeast =
+      0.5;  // that an input spans: in too large a unit, all are one moment [s]
   constexpr std::array<std::pair<const char*, double>, 3> kUnits{
       {{"milliseconds", 1e3}, {"microseconds", 1e6}, {"nanoseconds", 1e9}}};
-  const Span at{scans.first, std::min(scans.last, scans.first + kHour)};
+  const Span at{scans.first, std::isinf(scans.last) ? scans.first + kHour : scans.last};
   for (const auto& [name, units] : kUnits) {
-    // Times near zero are near zero in every unit.
-    if (one.first > kHour && at.meets(one.first / units, one.last / units)) {
+    if (one.last - one.first >= kLeast * units && at.meets(one.first / units, one.last / units)) {
       return fmt::format("; its stamps seem to be in {}, and stamps are in seconds", name);
     }
-    if (at.first > kHour && Span{at.first / units, at.last / units}.meets(one.first, one.last)) {
+    if (at.last - at.first >= kLeast * units &&
+        Span{at.first / units, at.last / units}.meets(one.first, one.last)) {
       return fmt::format("; the stamps of the scans seem to be in {}, and stamps are in seconds",
                          name);
     }
@@ -351,7 +353,10 @@ Result<void> check_stamps(const RunInputs& inputs, double first_stamp,
   // Headers and log times may run at different rates, so the last stamp of a bag is a guess.
   constexpr double kLate = 60.0, kLonger = 10.0;  // [s]; times as long as the recording
   double last = std::numeric_limits<double>::infinity();
-  if (scans.last_stamp) last = first_stamp + kLate + kLonger * (*scans.last_stamp - first_stamp);
+  if (scans.last_stamp) last = *scans.last_stamp;
+  if (scans.last_stamp && !scans.topic.empty()) {
+    last = first_stamp + kLate + kLonger * (last - first_stamp);
+  }
   if (inputs.window.duration) last = first_stamp + *inputs.window.duration;
   const Span span{.first = first_stamp, .last = std::max(first_stamp, last), .is_whole = false};
   return check_overlap(inputs, span, scans.stamp_rule);

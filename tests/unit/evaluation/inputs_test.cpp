@@ -261,30 +261,6 @@ TEST_CASE("an input that was recorded at another time is an error that says when
         }).find("no scan has samples of the IMU: the IMU has samples from 1000000 to") == 0);
 }
 
-TEST_CASE("a prior that is no file must be a topic of the scans' bag") {
-  const test::TemporaryFolder folder;
-  const auto scans = folder.path() / "scans";
-  std::ofstream(scans, std::ios::binary)
-      << test::cloud_bags().front().write(three_scans(), test::PointLayout::packed);
-  const auto message_of = [](const InputOptions& options) {
-    const auto inputs = options.open();
-    REQUIRE_FALSE(inputs);
-    return inputs.error().message;
-  };
-  const auto no_topic = InputOptions{.scans = scans, .prior = "/fix"}.open();
-  REQUIRE_FALSE(no_topic);
-  CHECK(no_topic.error().message.find("there is no topic '/fix'") == 0);
-  CHECK(to_string(no_topic.error())
-            .find("looking for /fix, which is not a file, among the topics of the scans") !=
-        std::string::npos);
-  CHECK(message_of({.scans = scans, .prior = "/fix", .prior_topic = "/pose"})
-            .find("--prior /fix is not a file but a topic of the scans") == 0);
-  CHECK(message_of({.scans = scans, .prior = (folder.path() / "none.tum").string()})
-            .find("there is no topic") == 0);
-  const auto no_file = InputOptions{.scans = scans, .prior = "none.tum"}.open();
-  REQUIRE_FALSE(no_file);
-  CHECK(no_file.error().code == ErrorCode::not_found);
-}
 TEST_CASE("stamps of another unit or clock are named before a scan is localized") {
   const test::TemporaryFolder folder;
   const RunInputs plain = inputs_in(folder);
@@ -329,6 +305,7 @@ TEST_CASE("GNSS in the bag of the scans, placed by the projection beside the map
     messages.push_back({"/points", "sensor_msgs/msg/PointCloud2", scan.stamp,
                         test::point_cloud2(scan, kLayout, test::PointLayout::packed)});
     const auto second = static_cast<std::uint32_t>(scan.stamp / 1'000'000'000);
+  CHECK(said(1.7e9, 1.7e9 + 2.0).find("the two have different clocks") != std::string::npos);
     messages.push_back({"/fix", "sensor_msgs/msg/NavSatFix", scan.stamp,
                         test::nav_sat_fix({.seconds = second, .frame = ""}, kLayout)});
   }
@@ -338,11 +315,39 @@ TEST_CASE("GNSS in the bag of the scans, placed by the projection beside the map
       << "projector_type: LocalCartesianUTM\nvertical_datum: WGS84\n"
          "map_origin: {latitude: 35.6586, longitude: 139.7454}\n";
   const std::vector<std::filesystem::path> map_files{map / "*.pcd"};
+  io::ScanDescription folder_of_files;  // its last stamp is exact
+  folder_of_files.last_stamp = 15.3;
+  other.odometry = {{.stamp = 100.0, .pose = {}}, {.stamp = 15300.0, .pose = {}}};
+  CHECK_FALSE(check_stamps(other, 0.1, folder_of_files));
   const auto inputs = InputOptions{.scans = scans, .prior = "/fix"}.open(map_files);
   REQUIRE_MESSAGE(inputs, to_string(inputs.error()));
   REQUIRE(inputs->priors);
   CHECK(inputs->priors->source == scans.string() + " /fix");
   const PosePrior& first = inputs->priors->priors.front().prior;
+TEST_CASE("a prior that is no file must be a topic of the scans' bag") {
+  const test::TemporaryFolder folder;
+  const auto scans = folder.path() / "scans";
+  std::ofstream(scans, std::ios::binary)
+      << test::cloud_bags().front().write(three_scans(), test::PointLayout::packed);
+  const auto message_of = [](const InputOptions& options) {
+    const auto inputs = options.open();
+    REQUIRE_FALSE(inputs);
+    return inputs.error().message;
+  };
+  const auto no_topic = InputOptions{.scans = scans, .prior = "/fix"}.open();
+  REQUIRE_FALSE(no_topic);
+  CHECK(no_topic.error().message.find("there is no topic '/fix'") == 0);
+  CHECK(to_string(no_topic.error())
+            .find("looking for /fix, which is not a file, among the topics of the scans") !=
+        std::string::npos);
+  CHECK(message_of({.scans = scans, .prior = "/fix", .prior_topic = "/pose"})
+            .find("--prior /fix is not a file but a topic of the scans") == 0);
+  CHECK(message_of({.scans = scans, .prior = (folder.path() / "none.tum").string()})
+            .find("there is no topic") == 0);
+  const auto no_file = InputOptions{.scans = scans, .prior = "none.tum"}.open();
+  REQUIRE_FALSE(no_file);
+  CHECK(no_file.error().code == ErrorCode::not_found);
+}
   CHECK((first.T_map_sensor.translation - Eigen::Vector3d(0.0, 0.0, 50.0)).norm() < 1e-6);
   const auto done = run(*inputs);
   REQUIRE_MESSAGE(done, to_string(done.error()));
