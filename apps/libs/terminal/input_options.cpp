@@ -16,6 +16,7 @@
 #include "terminal/command_line.hpp"
 #include "terminal/option_values.hpp"
 #include "vantage/io/formats.hpp"
+#include "vantage/io/map_files.hpp"
 #include "vantage/io/sensor_trajectory.hpp"
 
 namespace vantage {
@@ -113,6 +114,30 @@ Result<void> check_mount(const InputOptions& options) {
       "--mount converts the poses of bags, and those given are in text files, which are not "
       "converted: a reference and a prior must be poses of the sensor, and for odometry, "
       "localizer.T_sensor_body states the mount");
+}
+
+/// Checks that the scans are not the map: its file, or a folder that holds it. Beside a bag, a map
+/// does no harm.
+/// @param map_files  patterns; one that cannot be read is left to those who read the map
+Result<void> check_not_map(const std::filesystem::path& scans,
+                           std::span<const std::filesystem::path> map_files) {
+  const auto map = io::map_files(map_files);
+  if (!map || map_files.empty()) return {};
+  VANTAGE_TRY(const bool bag, io::ros::is_bag(scans));
+  if (bag) return {};
+  for (const std::filesystem::path& file : map->files) {
+    std::error_code ignored;
+    const bool is_it = std::filesystem::equivalent(scans, file, ignored);
+    const bool holds_it = std::filesystem::is_regular_file(file, ignored) &&
+                          std::filesystem::equivalent(scans, file.parent_path(), ignored);
+    if (!is_it && !holds_it) continue;
+    return fail(ErrorCode::invalid_input,
+                is_it ? std::string("is the map, expected the recorded scans")
+                      : fmt::format("the folder holds the map ({}), expected recorded scans only",
+                                    file.filename().string()),
+                SourceLocation{scans.string(), 0, 0});
+  }
+  return {};
 }
 
 /// @param option  "--odometry", which has an option "--odometry-topic" beside it
@@ -217,6 +242,7 @@ Result<RunInputs> InputOptions::open(std::span<const std::filesystem::path> map_
                    .window = window};
   // What is wrong is said before any work is done.
   VANTAGE_CHECK(check_mount(*this));
+  VANTAGE_CHECK(check_not_map(scans, map_files));
   VANTAGE_TRY(inputs.opened, io::OpenedScans::open(inputs.scans));
   io::SensorFrame sensor{
       .name = inputs.opened->describe().frame, .scans = scans, .T_child_sensor = {}};

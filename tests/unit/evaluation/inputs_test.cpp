@@ -77,6 +77,30 @@ TEST_CASE("a recording is opened once: the run reads what was opened to look at 
   }
 }
 
+TEST_CASE("a map that is given as the scans is refused") {
+  const test::TemporaryFolder folder;
+  const auto cloud = [](const std::filesystem::path& path) {
+    std::filesystem::create_directories(path.parent_path());
+    std::ofstream(path) << "FIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nWIDTH 1\nDATA ascii\n1 2 3\n";
+    return path;
+  };
+  const auto map = cloud(folder.path() / "map" / "map.pcd");
+  const auto scan = cloud(folder.path() / "scans" / "0.pcd");
+  const auto message_of = [&](const std::filesystem::path& scans,
+                              const std::filesystem::path& pattern) {
+    const auto inputs = InputOptions{.scans = scans}.open(std::vector{pattern});
+    return inputs ? std::string() : to_string(inputs.error());
+  };
+  CHECK(message_of(map, map) == map.string() + ": error: is the map, expected the recorded scans");
+  for (const auto& pattern : {map, map.parent_path(), map.parent_path() / "*.pcd"}) {
+    CHECK(message_of(map.parent_path(), pattern) ==
+          map.parent_path().string() +
+              ": error: the folder holds the map (map.pcd), expected recorded scans only");
+    CHECK(message_of(scan.parent_path(), pattern).empty());
+  }
+  CHECK(message_of(map.parent_path(), folder.path() / "none.pcd").empty());
+}
+
 TEST_CASE("damage of inputs is kept once, and is that of the scans or of another file") {
   const auto damage = [](const std::string& file) {
     return Error{
@@ -281,6 +305,7 @@ TEST_CASE("stamps of another unit or clock are named before a scan is localized"
         "scans begin at 1 s; stamps are those of the messages' headers; its stamps seem to be in "
         "microseconds, and stamps are in seconds");
   CHECK(said(1e9, 3e9).ends_with("seem to be in nanoseconds, and stamps are in seconds"));
+  CHECK(said(1.7e9, 1.7e9 + 2.0).find("the two have different clocks") != std::string::npos);
   CHECK(said(1.7e11, 1.8e11).find("the two have different clocks") != std::string::npos);
   const auto late = check_stamps(plain, 1.7e12, {});
   CHECK(late);  // there is no other input
@@ -290,40 +315,15 @@ TEST_CASE("stamps of another unit or clock are named before a scan is localized"
   recording.last_stamp = 1.7e12 + 6e4;
   const auto milliseconds = check_stamps(other, 1.7e12, recording);
   REQUIRE_FALSE(milliseconds);
+  io::ScanDescription folder_of_files;  // its last stamp is exact
+  folder_of_files.last_stamp = 15.3;
+  other.odometry = {{.stamp = 100.0, .pose = {}}, {.stamp = 15300.0, .pose = {}}};
+  CHECK_FALSE(check_stamps(other, 0.1, folder_of_files));
   CHECK(
       milliseconds.error().message.ends_with("the stamps of the scans seem to be in "
                                              "milliseconds, and stamps are in seconds"));
 }
 
-
-TEST_CASE("GNSS in the bag of the scans, placed by the projection beside the map") {
-  const test::TemporaryFolder folder;
-  const auto scans = folder.path() / "run.mcap", map = folder.path() / "map";
-  constexpr auto kLayout = test::MessageWriter::Layout::cdr_little;
-  std::vector<test::TestMessage> messages;
-  for (const test::FloatScan& scan : three_scans()) {
-    messages.push_back({"/points", "sensor_msgs/msg/PointCloud2", scan.stamp,
-                        test::point_cloud2(scan, kLayout, test::PointLayout::packed)});
-    const auto second = static_cast<std::uint32_t>(scan.stamp / 1'000'000'000);
-  CHECK(said(1.7e9, 1.7e9 + 2.0).find("the two have different clocks") != std::string::npos);
-    messages.push_back({"/fix", "sensor_msgs/msg/NavSatFix", scan.stamp,
-                        test::nav_sat_fix({.seconds = second, .frame = ""}, kLayout)});
-  }
-  std::ofstream(scans, std::ios::binary) << test::mcap(messages);
-  std::filesystem::create_directory(map);
-  std::ofstream(map / "map_projector_info.yaml")
-      << "projector_type: LocalCartesianUTM\nvertical_datum: WGS84\n"
-         "map_origin: {latitude: 35.6586, longitude: 139.7454}\n";
-  const std::vector<std::filesystem::path> map_files{map / "*.pcd"};
-  io::ScanDescription folder_of_files;  // its last stamp is exact
-  folder_of_files.last_stamp = 15.3;
-  other.odometry = {{.stamp = 100.0, .pose = {}}, {.stamp = 15300.0, .pose = {}}};
-  CHECK_FALSE(check_stamps(other, 0.1, folder_of_files));
-  const auto inputs = InputOptions{.scans = scans, .prior = "/fix"}.open(map_files);
-  REQUIRE_MESSAGE(inputs, to_string(inputs.error()));
-  REQUIRE(inputs->priors);
-  CHECK(inputs->priors->source == scans.string() + " /fix");
-  const PosePrior& first = inputs->priors->priors.front().prior;
 TEST_CASE("a prior that is no file must be a topic of the scans' bag") {
   const test::TemporaryFolder folder;
   const auto scans = folder.path() / "scans";
@@ -348,6 +348,30 @@ TEST_CASE("a prior that is no file must be a topic of the scans' bag") {
   REQUIRE_FALSE(no_file);
   CHECK(no_file.error().code == ErrorCode::not_found);
 }
+
+TEST_CASE("GNSS in the bag of the scans, placed by the projection beside the map") {
+  const test::TemporaryFolder folder;
+  const auto scans = folder.path() / "run.mcap", map = folder.path() / "map";
+  constexpr auto kLayout = test::MessageWriter::Layout::cdr_little;
+  std::vector<test::TestMessage> messages;
+  for (const test::FloatScan& scan : three_scans()) {
+    messages.push_back({"/points", "sensor_msgs/msg/PointCloud2", scan.stamp,
+                        test::point_cloud2(scan, kLayout, test::PointLayout::packed)});
+    const auto second = static_cast<std::uint32_t>(scan.stamp / 1'000'000'000);
+    messages.push_back({"/fix", "sensor_msgs/msg/NavSatFix", scan.stamp,
+                        test::nav_sat_fix({.seconds = second, .frame = ""}, kLayout)});
+  }
+  std::ofstream(scans, std::ios::binary) << test::mcap(messages);
+  std::filesystem::create_directory(map);
+  std::ofstream(map / "map_projector_info.yaml")
+      << "projector_type: LocalCartesianUTM\nvertical_datum: WGS84\n"
+         "map_origin: {latitude: 35.6586, longitude: 139.7454}\n";
+  const std::vector<std::filesystem::path> map_files{map / "*.pcd"};
+  const auto inputs = InputOptions{.scans = scans, .prior = "/fix"}.open(map_files);
+  REQUIRE_MESSAGE(inputs, to_string(inputs.error()));
+  REQUIRE(inputs->priors);
+  CHECK(inputs->priors->source == scans.string() + " /fix");
+  const PosePrior& first = inputs->priors->priors.front().prior;
   CHECK((first.T_map_sensor.translation - Eigen::Vector3d(0.0, 0.0, 50.0)).norm() < 1e-6);
   const auto done = run(*inputs);
   REQUIRE_MESSAGE(done, to_string(done.error()));
