@@ -60,10 +60,12 @@ Result<int> run(const Options& options) {
   building::Findings findings = building::look_at(map, config);
   std::optional<building::FirstScans> first;
   if (!options.inputs.scans.empty()) {
-    VANTAGE_TRY(const RunInputs inputs, options.inputs.open(config.map->files));
+    VANTAGE_TRY(RunInputs inputs, options.inputs.open(config.map->files));
     VANTAGE_TRY(first, building::read_first_scans(inputs));
     VANTAGE_TRY(findings, building::look_at(map, config, prepared.map, *first, samples_of(inputs),
                                             options.common.loader(), options.common.quiet));
+    const auto damage = checks::notes_on_damage(inputs.damaged);
+    findings.notes.insert(findings.notes.end(), damage.begin(), damage.end());
   }
   const Lines lines = lines_of(map, first, findings);
   if (options.common.json) {

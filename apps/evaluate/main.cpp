@@ -1,10 +1,14 @@
 // vantage-evaluate: localizes the same scans with several configurations and shows them side by
 // side.
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <array>
 #include <iostream>
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "checks/notes.hpp"
 #include "evaluate/report.hpp"
 #include "evaluate/route_options.hpp"
 #include "evaluation/json.hpp"
@@ -150,6 +154,20 @@ Result<void> check_verdict(const Evaluation& evaluation) {
                   cli::counted(evaluation.configs.size(), "configuration") + " failed a gate");
 }
 
+/// Says of each route whether its reference may be that of another frame.
+void print_notes_on_references(const Evaluation& evaluation) {
+  for (std::size_t r = 0; r < evaluation.routes.size(); ++r) {
+    for (const EvaluatedConfig& config : evaluation.configs) {
+      const Statistics error = config.routes[r].summary["error_m"];
+      if (error.count == 0) continue;
+      auto note = checks::note_on_reference(error.min, error.median, error.max);
+      if (!note) continue;
+      note->what = fmt::format("{}, {}: {}", config.name, evaluation.routes[r].name, note->what);
+      checks::print(std::cerr, std::array{*std::move(note)});
+    }
+  }
+}
+
 ScanProgress progress_of(const std::string& label, bool quiet) {
   const auto bar = std::make_shared<cli::Progress>(label + " (scans)", quiet);
   return [bar](std::size_t done, std::size_t total) { bar->update(done, total); };
@@ -168,6 +186,9 @@ Result<void> run(const Options& options) {
   }
   VANTAGE_TRY(const auto routes, options.routes.open(map_files));
   VANTAGE_CHECK(check_outputs(options, configs, routes));
+  for (const NamedInputs& route : routes) {
+    checks::print(std::cerr, checks::notes_on_damage(damaged_besides_scans(route.inputs)));
+  }
 
   const EvaluationOptions how{
       .loader = options.common.loader(),
@@ -181,6 +202,7 @@ Result<void> run(const Options& options) {
     config.gates = judge(gates, config, names, excess_over);
   }
 
+  print_notes_on_references(evaluation);
   VANTAGE_CHECK(write_runs(evaluation, options.out));
   const nlohmann::ordered_json json = to_json(evaluation);
   VANTAGE_CHECK(io::write_text_atomically(options.out / "summary.json", json_text(json)));

@@ -73,6 +73,7 @@ Result<void> run(const Options& options) {
                 }));
   }
   print(info, options);
+  if (info.damage) return fail(Error(*info.damage).during("describing what comes before"));
   return {};
 }
 

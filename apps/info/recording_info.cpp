@@ -36,14 +36,20 @@ double median_interval(const std::vector<double>& stamps) {
   return *middle;
 }
 
-Result<ScansInfo> read_scans(io::ScanSource& source,
+/// @param damage  gets the error at which the recording ends after at least one scan
+Result<ScansInfo> read_scans(io::ScanSource& source, std::optional<Error>& damage,
                              const std::function<void(std::size_t, std::size_t)>& progress) {
   ScansInfo info;
   info.description = source.describe();
   const std::size_t expected = info.description.scans.value_or(0);
   std::vector<double> stamps;
   while (true) {
-    VANTAGE_TRY(const auto scan, source.next());
+    auto next = source.next();
+    if (!next && !stamps.empty()) {
+      damage = std::move(next).error();
+      break;
+    }
+    VANTAGE_TRY(const auto scan, std::move(next));
     if (!scan) break;
     const std::uint64_t points = scan->points.size();
     info.fewest = stamps.empty() ? points : std::min(info.fewest, points);
@@ -159,6 +165,9 @@ Result<RecordingInfo> inspect(const io::ScanOptions& options,
     info.format = bag->format();
     info.topics = bag->topics();
     info.imus = imus_of(options.path, info.topics);
+    for (const ImuInfo& imu : info.imus) {
+      if (imu.recording && imu.recording->damage) info.damage = imu.recording->damage;
+    }
   } else if (io::is_imu(options.path)) {
     return inspect_imu(std::move(info));
   }
@@ -182,7 +191,7 @@ Result<RecordingInfo> inspect(const io::ScanOptions& options,
   }
   if (!source) return fail(std::move(source).error());
   info.format = (*source)->describe().format;
-  VANTAGE_TRY(info.scans, read_scans(**source, progress));
+  VANTAGE_TRY(info.scans, read_scans(**source, info.damage, progress));
   if (info.scans->count == 1 && info.scans->points.finite > kFewestOfMap &&
       fs::is_regular_file(options.path, error)) {
     VANTAGE_TRY(const auto cloud, io::read_point_cloud(options.path));

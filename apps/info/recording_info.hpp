@@ -69,11 +69,13 @@ struct RecordingInfo {
   std::optional<checks::MapFacts> map_facts;
   std::string no_scans;       ///< why a bag has no readable scans; else empty
   std::vector<ImuInfo> imus;  ///< one a topic of a bag; one of a file of samples
+  /// At which a recording ends that is cut off or damaged; what comes before is described.
+  std::optional<Error> damage = {};
 };
 
-/// Reads the whole recording. A bag without scans, or with several topics of scans and none chosen,
-/// is described, too. Errors: those of open_scans, ScanSource::next and, for a file or folder of
-/// inertial samples, io::read_imu.
+/// Reads the whole recording, or what of it comes before its damage. A bag without scans, or with
+/// several topics of scans and none chosen, is described, too. Errors: those of open_scans,
+/// ScanSource::next and, for a file or folder of inertial samples, io::read_imu.
 /// @param progress  called with the number of scans done and the number of all; the latter is 0 if
 ///                  the recording does not say
 [[nodiscard]] Result<RecordingInfo> inspect(

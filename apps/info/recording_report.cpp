@@ -282,6 +282,7 @@ nlohmann::ordered_json to_json(const RecordingInfo& info) {
     }
   }
   if (!info.no_scans.empty()) json["no_scans"] = info.no_scans;
+  if (info.damage) json["damage"] = to_string(*info.damage);
   if (!info.imus.empty()) {
     json["imu"] = nlohmann::ordered_json::array();
     for (const ImuInfo& imu : info.imus) json["imu"].push_back(json_of(imu, info.scans));

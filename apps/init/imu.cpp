@@ -86,6 +86,7 @@ Result<ImuChoice> choose_imu(const InputOptions& options, RunInputs& inputs,
       return choice;
     }
     inputs.imu = *std::move(recording);
+    add_damage(inputs, inputs.imu->damage);
   }
   const io::ImuRecording& recording = *inputs.imu;
   const auto refuse = [&](std::string why) {

@@ -157,6 +157,9 @@ Result<Seen> look(const Options& options, const building::WideAreaMap& map, std:
                                          seen.first->scans.front().stamp));
   seen.known.imu = std::move(imu.imu);
   seen.remarks = std::move(imu.remarks);
+  for (const checks::Note& note : checks::notes_on_damage(seen.inputs->damaged)) {
+    seen.remarks.push_back(note.what + ": " + note.advice + '.');
+  }
   return seen;
 }
 

@@ -177,7 +177,8 @@ Result<std::optional<checks::Note>> cause_of_loss(const Bundle& bundle, const Co
                                                   const RunInputs& inputs,
                                                   const PluginLoader& plugins, bool began,
                                                   bool place) {
-  VANTAGE_TRY(const auto first, first_scans(inputs, checks::kScansToTry));
+  VANTAGE_TRY(const auto read, first_scans(inputs, checks::kScansToTry));
+  const std::vector<io::StampedScan>& first = read.scans;
   VANTAGE_TRY(const checks::Fit fit,
               checks::fit_of(bundle, config, plugins, first, samples_of(inputs)));
   VANTAGE_TRY(auto note, checks::try_changes(bundle, config, plugins, first, fit));
@@ -215,6 +216,11 @@ Result<std::vector<checks::Note>> suspicions(const RunSummary& summary, bool beg
   } else {
     add(notes_on_sensor(scans, config, imu));
   }
+  if (const Statistics error = summary["error_m"]; error.count > 0) {
+    if (auto note = checks::note_on_reference(error.min, error.median, error.max)) {
+      notes.push_back(*std::move(note));
+    }
+  }
   return notes;
 }
 
@@ -240,6 +246,7 @@ Result<void> run(const CLI::App& app, const Options& options) {
   VANTAGE_TRY(auto inputs, options.inputs.open(config.map ? config.map->files
                                                           : std::vector<std::filesystem::path>()));
   inputs.speed = options.speed;
+  checks::print(std::cerr, checks::notes_on_damage(damaged_besides_scans(inputs)));
   if (options.initial_pose == "auto") {
     inputs.start_anywhere = true;
   } else if (!options.initial_pose.empty()) {

@@ -133,11 +133,19 @@ Result<checks::MapFacts> facts_of(const WideAreaMap& map) {
   return checks::measure_map(sample);
 }
 
-Result<FirstScans> read_first_scans(const RunInputs& inputs) {
+Result<FirstScans> read_first_scans(RunInputs& inputs) {
+  constexpr std::size_t kLater = 8;  // where the sensor was is only seen when it has moved
   FirstScans first;
-  VANTAGE_TRY(first.scans, first_scans(inputs, checks::ScanSurvey::kAmong));
+  VANTAGE_TRY(ScansRead read, first_scans(inputs, checks::ScanSurvey::kAmong, kLater));
+  first.scans = std::move(read.scans);
+  add_damage(inputs, read.damage);
+  if (!first.scans.empty() && inputs.opened) {
+    const auto stamps = check_stamps(inputs, first.scans.front().stamp, inputs.opened->describe());
+    if (!stamps) first.stamps = stamps.error();
+  }
   checks::ScanSurvey survey;
   for (const io::StampedScan& scan : first.scans) survey.offer(scan);
+  for (const io::StampedScan& scan : read.later) survey.place(scan);
   first.facts = survey.facts();
   if (first.scans.size() > checks::kScansToTry) first.scans.resize(checks::kScansToTry);
   return first;
@@ -153,6 +161,7 @@ Result<Findings> look_at(const checks::MapFacts& map_facts, const Config& config
   Findings findings = look_at(map_facts, config);
   const bool has_imu = !imu.empty();
   std::vector<checks::Note> notes = notes_on(first.facts, config, has_imu);
+  if (first.stamps) notes.insert(notes.begin(), checks::note_on_stamps(*first.stamps));
   if (findings.notes.empty() && notes.empty() && config.matcher && !map.tiles) {
     if (!quiet) std::cerr << "comparing scans with the map\n";
     VANTAGE_TRY(auto found, compare(config, map, first.scans, imu, plugins));

@@ -26,9 +26,10 @@ namespace vantage::building {
 struct FirstScans {
   std::vector<io::StampedScan> scans;  ///< up to checks::kScansToTry
   checks::ScanFacts facts;             ///< of some of the first ScanSurvey::kAmong
+  std::optional<Error> stamps;         ///< see check_stamps
 };
-/// Errors: those of the recording.
-[[nodiscard]] Result<FirstScans> read_first_scans(const RunInputs& inputs);
+/// Adds damage of the scans to that of the inputs. Errors: those of the recording.
+[[nodiscard]] Result<FirstScans> read_first_scans(RunInputs& inputs);
 
 /// What is suspicious about a map, a recording and a configuration.
 struct Findings {

@@ -101,6 +101,33 @@ std::optional<Note> note_on_elevations(const ScanFacts& scans, const SelectorCon
 
 }  // namespace
 
+std::vector<Note> notes_on_damage(std::span<const Error> damaged) {
+  std::vector<Note> notes;
+  for (const Error& error : damaged) {
+    const std::string file = error.where ? error.where->file + ": " : std::string();
+    notes.push_back({file + error.message, "what comes before is used"});
+  }
+  return notes;
+}
+
+Note note_on_stamps(const Error& error) {
+  const std::string file = error.where ? error.where->file + ": " : std::string();
+  return {file + error.message, "give both with the same clock, in seconds; it would not be used"};
+}
+
+std::optional<Note> note_on_reference(double least, double median, double most) {
+  constexpr double kFar = 10.0;       // [m]
+  constexpr double kConstant = 0.02;  // of the error; a turned frame changes it more
+  if (median < kFar) return std::nullopt;
+  const bool shifted = most - least < kConstant * median;
+  return Note{fmt::format("the poses of tracked scans are {} from the reference in the median, and "
+                          "the scans fit the map",
+                          metres(median)),
+              shifted ? "the reference is shifted by that: give it in the frame of the map"
+                      : "the reference is probably in another frame than the map, or its stamps "
+                        "are those of another clock than the scans'"};
+}
+
 std::vector<Note> notes_on(const MapFacts& map) {
   constexpr double kSparsest = 1.5, kDensest = 0.002;  // spacing of maps that are in metres [m]
   constexpr double kCoarsest = 0.005;                  // rounding that costs no accuracy [m]
@@ -161,6 +188,7 @@ std::vector<Note> notes_on(const ScanFacts& scans, bool imu) {
   constexpr double kTypical = 40.0;                    // [m]
   constexpr double kAside = 3.0, kFarAside = 20.0;     // eccentricity; [m]
   constexpr double kFewest = 300.0;                    // points of a scan
+  constexpr std::size_t kFewestElsewhere = 2;
   std::vector<Note> notes;
   if (scans.scans == 0) return notes;
   if (scans.ranges.empty()) {
@@ -177,6 +205,14 @@ std::vector<Note> notes_on(const ScanFacts& scans, bool imu) {
   if (scans.eccentricity > kAside && scans.range_at(0.5) > kFarAside) {
     notes.push_back({"the points of a scan lie all on one side of the sensor, far away",
                      "they seem to be in the map's frame; give scans in the sensor's frame"});
+    return notes;
+  }
+  if (scans.elsewhere >= kFewestElsewhere && 4 * scans.elsewhere >= scans.placed) {
+    notes.push_back(
+        {fmt::format("{} of {} scans were not taken from the origin of their points, but up to "
+                     "{:.0f} m beside it, as what they see behind other things shows",
+                     scans.elsewhere, scans.placed, scans.farthest),
+         "they seem to be in the map's frame; give scans in the sensor's frame"});
     return notes;
   }
   if (reach > kFarthest || reach < kNearest) {

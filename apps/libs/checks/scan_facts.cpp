@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "checks/median.hpp"
+#include "checks/sensor_place.hpp"
 
 namespace vantage::checks {
 namespace {
@@ -126,12 +127,21 @@ void ScanSurvey::add(const io::StampedScan& scan) {
   }
   sizes_.push_back(static_cast<double>(scan.points.size()));
   eccentricities_.push_back(eccentricity_of(scan.points));
+  place(scan);
   if (!scan.seconds.empty()) {
     const auto [first, last] = std::minmax_element(scan.seconds.begin(), scan.seconds.end());
     sweeps_.push_back(static_cast<double>(*last - *first));
   }
   if (const auto plane = find_ground(scan.points, false)) below_.push_back(*plane);
   if (const auto plane = find_ground(scan.points, true)) above_.push_back(*plane);
+}
+
+void ScanSurvey::place(const io::StampedScan& scan) {
+  const SensorPlace found = find_sensor(scan.points);
+  ++sums_.placed;
+  if (!found.is_elsewhere()) return;
+  ++sums_.elsewhere;
+  sums_.farthest = std::max(sums_.farthest, found.at.norm());
 }
 
 ScanFacts ScanSurvey::facts() const {

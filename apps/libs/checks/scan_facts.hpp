@@ -34,6 +34,10 @@ struct ScanFacts {
   /// How far the middle of a scan is from the sensor (medians of its coordinates), as a multiple of
   /// the median distance of its points from there. Median over the scans; 0 without points.
   double eccentricity = 0.0;
+  /// Scans that were looked for the place of their sensor, and those of them that were not taken
+  /// from the origin; the farthest such place [m].
+  std::size_t placed = 0, elsewhere = 0;
+  double farthest = 0.0;
   /// Ranges of up to 20,000 of their points each, ascending [m].
   std::vector<double> ranges;
   /// Elevations of those of these points that are farther away than 1 m, ascending [rad].
@@ -57,6 +61,8 @@ class ScanSurvey {
 
   void offer(const io::StampedScan& scan);
   void add(const io::StampedScan& scan);
+  /// Only looks for the place of the sensor.
+  void place(const io::StampedScan& scan);
   [[nodiscard]] ScanFacts facts() const;
 
  private:

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <limits>
@@ -61,10 +62,13 @@ class ScanWindow {
     return scan;
   }
 
+  Result<void> seek(double stamp) { return source_->seek(stamp); }
+
   double first_stamp() const { return first_stamp_; }
   /// The end of the window [s]; infinite if the recording ends it.
   double end() const { return end_; }
-  const std::string& stamp_rule() const { return source_->describe().stamp_rule; }
+  const io::ScanDescription& describe() const { return source_->describe(); }
+  const std::string& stamp_rule() const { return describe().stamp_rule; }
   io::SkippedScans skipped() const { return source_->skipped(); }
   /// The number of scans; 0 if it is unknown.
   std::size_t expected() const { return expected_; }
@@ -128,24 +132,60 @@ std::vector<Recorded> recorded_in(const RunInputs& inputs) {
   return all;
 }
 
-Error lacking(const Recorded& one, const std::string& scans, const std::string& stamp_rule) {
+/// When scans are: from the first to the last, or not later than that [s].
+struct Span {
+  double first, last;
+  bool is_whole = true;  // not a limit, but the time of the last scan
+
+  [[nodiscard]] bool meets(double begin, double end) const noexcept {
+    constexpr double kTolerance = 1e-3;  // [s], as that of io::pose_at
+    return end >= first - kTolerance && begin <= last + kTolerance;
+  }
+};
+
+/// Why stamps of two inputs may differ: one of them has another unit, or another clock.
+std::string cause_of_difference(const Recorded& one, Span scans) {
+  constexpr double kHour = 3600.0, kDay = 24.0 * kHour;  // [s]
+  constexpr double kLeast =
+      0.5;  // that an input spans: in too large a unit, all are one moment [s]
+  constexpr std::array<std::pair<const char*, double>, 3> kUnits{
+      {{"milliseconds", 1e3}, {"microseconds", 1e6}, {"nanoseconds", 1e9}}};
+  const Span at{scans.first, std::isinf(scans.last) ? scans.first + kHour : scans.last};
+  for (const auto& [name, units] : kUnits) {
+    if (one.last - one.first >= kLeast * units && at.meets(one.first / units, one.last / units)) {
+      return fmt::format("; its stamps seem to be in {}, and stamps are in seconds", name);
+    }
+    if (at.last - at.first >= kLeast * units &&
+        Span{at.first / units, at.last / units}.meets(one.first, one.last)) {
+      return fmt::format("; the stamps of the scans seem to be in {}, and stamps are in seconds",
+                         name);
+    }
+  }
+  if (std::abs(one.first - scans.first) < kDay) return {};
+  return "; the two have different clocks, such as the time since 1970 and the time since a "
+         "computer started";
+}
+
+Error lacking(const Recorded& one, Span scans, const std::string& stamp_rule) {
   std::optional<SourceLocation> where;
   if (!one.source.empty()) where = SourceLocation{one.source, 0, 0};
+  const bool is_before = one.last < scans.first;
+  const std::string when =
+      is_before || !scans.is_whole
+          ? fmt::format("the scans begin at {} s", scans.first)
+          : fmt::format("the scans run from {} to {} s", scans.first, scans.last);
   return {.code = ErrorCode::invalid_input,
-          .message = fmt::format("no scan has {}: {} from {} to {} s, {}; {}", one.lacking,
-                                 one.holding, one.first, one.last, scans, stamp_rule),
+          .message =
+              fmt::format("no scan has {}: {} from {} to {} s, {}; {}{}", one.lacking, one.holding,
+                          one.first, one.last, when, stamp_rule, cause_of_difference(one, scans)),
           .where = std::move(where),
           .context = {}};
 }
 
 /// Finds an input that is over before the scans begin, or begins after they end.
-/// @param scans  when they are: "the scans begin at 1 s"
-Result<void> check_overlap(const RunInputs& inputs, double first, double last,
-                           const std::string& scans, const std::string& stamp_rule) {
-  constexpr double kTolerance = 1e-3;  // [s], as that of io::pose_at
+Result<void> check_overlap(const RunInputs& inputs, Span scans, const std::string& stamp_rule) {
   for (const Recorded& one : recorded_in(inputs)) {
-    if (one.last >= first - kTolerance && one.first <= last + kTolerance) continue;
-    return fail(lacking(one, scans, stamp_rule));
+    if (!scans.meets(one.first, one.last)) return fail(lacking(one, scans, stamp_rule));
   }
   return {};
 }
@@ -245,6 +285,25 @@ Result<RunScan> localize_scan(Localizer& localizer, const RunInputs& inputs, Mot
 }
 }  // namespace
 
+void add_damage(RunInputs& inputs, const std::optional<Error>& damage) {
+  if (!damage) return;
+  const auto is_it = [&](const Error& known) {
+    return known.message == damage->message && known.where == damage->where;
+  };
+  if (std::ranges::none_of(inputs.damaged, is_it)) inputs.damaged.push_back(*damage);
+}
+
+std::vector<Error> damaged_besides_scans(const RunInputs& inputs) {
+  const std::filesystem::path& scans = inputs.scans.path;
+  std::vector<Error> others;
+  for (const Error& error : inputs.damaged) {
+    const std::filesystem::path file = error.where ? error.where->file : std::string();
+    // A bag in parts is a folder.
+    if (file != scans && file.parent_path() != scans) others.push_back(error);
+  }
+  return others;
+}
+
 void predict(RunScan& scan, const PredictedErrors& of_bundle) {
   if (!scan.report.has_pose) return;
   const Pose& at = scan.reference ? *scan.reference : scan.report.T_map_scan;
@@ -289,24 +348,47 @@ Result<Run> localize_scans(Localizer localizer, const std::string& config, const
   return Run{std::move(info), std::move(scans)};
 }
 
-Result<std::vector<io::StampedScan>> first_scans(const RunInputs& inputs, std::size_t count) {
-  VANTAGE_TRY(ScanWindow window, ScanWindow::open(inputs));
-  std::vector<io::StampedScan> scans;
-  while (scans.size() < count) {
-    VANTAGE_TRY(auto scan, window.next());
-    if (!scan) break;
-    scans.push_back(*std::move(scan));
+Result<void> check_stamps(const RunInputs& inputs, double first_stamp,
+                          const io::ScanDescription& scans) {
+  // Headers and log times may run at different rates, so the last stamp of a bag is a guess.
+  constexpr double kLate = 60.0, kLonger = 10.0;  // [s]; times as long as the recording
+  double last = std::numeric_limits<double>::infinity();
+  if (scans.last_stamp) last = *scans.last_stamp;
+  if (scans.last_stamp && !scans.topic.empty()) {
+    last = first_stamp + kLate + kLonger * (last - first_stamp);
   }
-  return scans;
+  if (inputs.window.duration) last = first_stamp + *inputs.window.duration;
+  const Span span{.first = first_stamp, .last = std::max(first_stamp, last), .is_whole = false};
+  return check_overlap(inputs, span, scans.stamp_rule);
+}
+
+Result<ScansRead> first_scans(const RunInputs& inputs, std::size_t count, std::size_t later) {
+  VANTAGE_TRY(ScanWindow window, ScanWindow::open(inputs));
+  ScansRead read;
+  while (read.scans.size() < count) {
+    auto scan = window.next();  // the first was read to open the window
+    if (!scan) read.damage = std::move(scan).error();
+    if (read.damage || !*scan) break;
+    read.scans.push_back(**std::move(scan));
+  }
+  const double first = window.first_stamp();
+  const double length =
+      std::min(window.describe().last_stamp.value_or(first), window.end()) - first;
+  for (std::size_t k = 1; k <= later && !read.damage && read.scans.size() == count; ++k) {
+    const double share = static_cast<double>(k) / static_cast<double>(later + 1);
+    if (!window.seek(first + share * length)) break;
+    auto scan = window.next();
+    if (!scan || !*scan) break;  // damage is told when that part is used
+    read.later.push_back(**std::move(scan));
+  }
+  return read;
 }
 
 Result<RunInfo> localize_each(Localizer localizer, const std::string& config,
                               const RunInputs& inputs, const ScanSink& sink,
                               const ScanProgress& progress) {
   VANTAGE_TRY(ScanWindow scans, ScanWindow::open(inputs));
-  VANTAGE_CHECK(check_overlap(inputs, scans.first_stamp(), scans.end(),
-                              fmt::format("the scans begin at {} s", scans.first_stamp()),
-                              scans.stamp_rule()));
+  VANTAGE_CHECK(check_stamps(inputs, scans.first_stamp(), scans.describe()));
   VANTAGE_CHECK(start(localizer, inputs, scans));
   RunInfo run{.config = config,
               .stamp_rule = scans.stamp_rule(),
@@ -344,10 +426,10 @@ Result<RunInfo> localize_each(Localizer localizer, const std::string& config,
     if (progress) progress(count, scans.expected());
   }
   if (!run.failure) {
-    const auto when = fmt::format("the scans run from {} to {} s", scans.first_stamp(), last_stamp);
-    VANTAGE_CHECK(check_overlap(inputs, scans.first_stamp(), last_stamp, when, scans.stamp_rule()));
+    const Span span{scans.first_stamp(), last_stamp};
+    VANTAGE_CHECK(check_overlap(inputs, span, scans.stamp_rule()));
     if (run.prior && run.prior->scans == 0) {  // they lie too far apart
-      return fail(lacking(recorded_in(inputs).front(), when, scans.stamp_rule()));
+      return fail(lacking(recorded_in(inputs).front(), span, scans.stamp_rule()));
     }
   }
   run.skipped = scans.skipped();

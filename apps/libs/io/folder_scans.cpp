@@ -29,6 +29,7 @@ class FolderScans final : public ScanSource {
     }
     description_.stamp_rule = sequence_.stamp_rule();
     description_.scans = sequence_.size();
+    description_.last_stamp = sequence_.stamp(sequence_.size() - 1);
   }
 
   Result<std::optional<StampedScan>> next() override {

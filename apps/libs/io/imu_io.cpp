@@ -185,6 +185,7 @@ Result<ImuRecording> recording_of(RawImu raw, const fs::path& path, std::string 
   recording.topic = std::move(topic);
   recording.frame = std::move(raw.frame);
   recording.stamp_rule = std::move(raw.stamp_rule);
+  recording.damage = std::move(raw.damage);
   take_samples(recording, std::move(raw));
   if (recording.samples.empty()) {
     return fail(ErrorCode::corrupt_data,

@@ -12,10 +12,11 @@
 namespace vantage::io {
 namespace {
 
-constexpr double kLongestSweep = 10.0;      // [s]
-constexpr double kMostPointsASecond = 2e7;  // several times as many as the fastest sensors measure
-constexpr double kOneMoment = 1e-6;         // rounding leaves at most this much of equal times [s]
-constexpr double kFinestStep = 2e-7;        // of times in float64 since the epoch: 256 ns [s]
+constexpr double kLongestSweep = 10.0;       // [s]
+constexpr double kMostPointsASecond = 2e7;   // several times as many as the fastest sensors measure
+constexpr double kOneMoment = 1e-6;          // rounding leaves at most this much of equal times [s]
+constexpr std::size_t kEnoughToTell = 1000;  // points
+constexpr double kFinestStep = 2e-7;         // of times in float64 since the epoch: 256 ns [s]
 
 /// Times that count from the stamp come first, because they need no second clock.
 constexpr std::array<std::string_view, 8> kNames{"offset_time", "time_offset", "relative_time",
@@ -64,17 +65,22 @@ std::optional<double> unit_by_stamp(const Range& times, double stamp) {
   return found;
 }
 
-/// If stray times alone, as the 0 of a point without one, keep a unit from bringing all times near
-/// the stamp: that unit.
-std::optional<double> unit_despite_strays(std::vector<double> values, const Range& times,
-                                          double stamp) {
-  constexpr double kMostOfStrays = 0.1;  // of the range; half of an even sweep is half of it
+/// The times without the quarter of the earliest and the quarter of the latest ones.
+Range middle_of(std::vector<double> values) {
   const auto at = [&values](std::size_t rank) {
     const auto place = values.begin() + static_cast<std::ptrdiff_t>(rank);
     std::nth_element(values.begin(), place, values.end());
     return *place;
   };
-  const Range middle{at(values.size() / 4), at(3 * values.size() / 4)};
+  return {at(values.size() / 4), at(3 * values.size() / 4)};
+}
+constexpr double kMostOfStrays = 0.1;  // of the range; half of an even sweep is half of it
+
+/// If stray times alone, as the 0 of a point without one, keep a unit from bringing all times near
+/// the stamp: that unit.
+std::optional<double> unit_despite_strays(const std::vector<double>& values, const Range& times,
+                                          double stamp) {
+  const Range middle = middle_of(values);
   if (middle.size() > kMostOfStrays * times.size()) return std::nullopt;
   for (const auto& [name, units] : kUnits) {
     if (times.in(units).size() > kLongestSweep && middle.in(units).reach(stamp) <= kLongestSweep) {
@@ -84,14 +90,32 @@ std::optional<double> unit_despite_strays(std::vector<double> values, const Rang
   return std::nullopt;
 }
 
+/// The unit below a second in which the sweep lasts about as long as sweeps do. Sensors turn 5 to
+/// 100 times a second, and units are a thousand times apart, so it is clear. Nothing for few
+/// points, or if some of them are strays, which may be what makes the sweep long.
+std::optional<double> unit_by_sweep(const std::vector<double>& values, const Range& times) {
+  constexpr double kShortest = 0.004, kLongest = 1.5;  // [s]
+  if (values.size() < kEnoughToTell) return std::nullopt;
+  if (middle_of(values).size() < kMostOfStrays * times.size()) return std::nullopt;
+  for (const auto& [name, units] : kUnits) {
+    const double seconds = times.in(units).size();
+    if (units > 1.0 && seconds >= kShortest && seconds <= kLongest) return units;
+  }
+  return std::nullopt;
+}
+
 double per_second(const TimeFormat& format, const std::vector<double>& values, const Range& times,
                   double stamp) {
-  if (format.has_named_unit || !format.is_wide) return format.per_second;
-  if (const auto units = unit_by_stamp(times, stamp)) return *units;
+  if (format.has_named_unit) return format.per_second;
+  if (format.is_wide) {
+    if (const auto units = unit_by_stamp(times, stamp)) return *units;
+  }
+  if (!format.is_floating_point || times.size() <= kLongestSweep) return format.per_second;
+  if (const auto units = unit_by_sweep(values, times)) return *units;
   constexpr double kNanoseconds = 1e9;
   const double as_nanoseconds = times.in(kNanoseconds).size();
-  const bool only_nanoseconds = format.is_floating_point && times.size() > kLongestSweep &&
-                                as_nanoseconds >= kFinestStep && as_nanoseconds <= kLongestSweep;
+  const bool only_nanoseconds =
+      format.is_wide && as_nanoseconds >= kFinestStep && as_nanoseconds <= kLongestSweep;
   if (!only_nanoseconds) return format.per_second;
   return unit_despite_strays(values, times, stamp).value_or(kNanoseconds);
 }
@@ -174,7 +198,6 @@ Result<std::vector<float>> seconds_after(double stamp, const PointTimes& times,
     return error(fmt::format("spans {} s, expected a sweep of at most {} s ({})", sweep.size(),
                              kLongestSweep, as));
   }
-  constexpr std::size_t kEnoughToTell = 1000;
   const auto points = static_cast<double>(values.size());
   if (values.size() >= kEnoughToTell && sweep.size() > kOneMoment &&
       points > kMostPointsASecond * sweep.size()) {

@@ -93,7 +93,7 @@ Result<PosePriors> priors_in_file(const PriorSource& source, const SensorFrame& 
   VANTAGE_TRY(const auto poses,
               read_sensor_trajectory({source.path, source.topic, source.rate_hz}, sensor));
   PosePriors found{.priors = {}, .source = source.path.string()};
-  for (const StampedPose& moment : poses) {
+  for (const StampedPose& moment : poses.poses) {
     found.priors.push_back({moment.stamp,
                             {.T_map_sensor = moment.pose,
                              .sigma_translation = rule.translation(nullptr),
@@ -109,6 +109,7 @@ Result<PosePriors> priors_of_poses(ros::MessageReader& reader, const PriorSource
   VANTAGE_TRY(const auto T_child_sensor,
               sensor_mount("poses of " + poses.topic, poses.child, source.path, sensor));
   PosePriors found{.priors = {}, .source = fmt::format("{} {}", source.path.string(), topic)};
+  found.damage = poses.damage;
   std::uint64_t empty = 0;
   for (std::size_t i = 0; i < poses.poses.size(); ++i) {
     const ros::PoseVariances* const stated =
@@ -168,16 +169,32 @@ Result<Eigen::Vector3d> antenna_offset(const ros::BagFixes& fixes, const std::st
   return T_antenna_sensor ? T_antenna_sensor->translation : Eigen::Vector3d::Zero().eval();
 }
 
+/// Gives fixes without an altitude that of the one before, or else of the first that has one: it
+/// says nothing, but z can be interpolated. @return  how many have none
+std::uint64_t fill_altitudes(std::vector<ros::StampedFix>& fixes) {
+  const auto first = std::ranges::find_if(fixes, &ros::StampedFix::has_altitude);
+  double altitude = first == fixes.end() ? 0.0 : first->position.altitude;
+  std::uint64_t unknown = 0;
+  for (ros::StampedFix& fix : fixes) {
+    unknown += fix.has_altitude ? 0 : 1;
+    if (fix.has_altitude) altitude = fix.position.altitude;
+    fix.position.altitude = altitude;
+  }
+  return unknown;
+}
+
 Result<PosePriors> priors_of_fixes(ros::MessageReader& reader,
                                    const std::vector<std::size_t>& topics,
                                    const PriorSource& source, const SensorFrame& sensor,
                                    const SigmaRule& rule) {
   const std::string topic = reader.topics()[topics.front()].name;
   VANTAGE_TRY(const auto projection, projection_for(source, topic));
-  VANTAGE_TRY(const auto fixes, ros::read_bag_fixes(reader, topics));
+  VANTAGE_TRY(auto fixes, ros::read_bag_fixes(reader, topics));
+  const std::uint64_t without_altitude = fill_altitudes(fixes.fixes);
   VANTAGE_TRY(const Eigen::Vector3d offset, antenna_offset(fixes, topic, source, sensor));
   constexpr double kUnknown = std::numeric_limits<double>::infinity();
   PosePriors found{.priors = {}, .source = fmt::format("{} {}", source.path.string(), topic)};
+  found.damage = fixes.damage;
   if (!projection.unknown_heights().empty()) found.notes.push_back(projection.unknown_heights());
   std::uint64_t empty = 0, not_in_map = 0;
   for (const ros::StampedFix& fix : fixes.fixes) {
@@ -192,13 +209,21 @@ Result<PosePriors> priors_of_fixes(ros::MessageReader& reader,
         .sigma_translation = rule.translation(fix.variances ? &*fix.variances : nullptr),
         .sigma_heading = kUnknown};
     prior.T_map_sensor.translation = *point + Eigen::Vector3d(0.0, 0.0, offset.z());
-    if (!projection.unknown_heights().empty()) prior.sigma_translation.z() = kUnknown;
+    if (!fix.has_altitude || !projection.unknown_heights().empty()) {
+      prior.sigma_translation.z() = kUnknown;
+    }
     add_horizontally(prior, offset.head<2>().norm());
     if (says_something(prior)) {
       found.priors.push_back({fix.stamp, prior});
     } else {
       ++empty;
     }
+  }
+  if (without_altitude > 0) {
+    found.notes.push_back(fmt::format("{} of {} {} no altitude and {} no height",
+                                      cli::counted(without_altitude, "message"), topic,
+                                      cli::form(without_altitude, "has", "have"),
+                                      cli::form(without_altitude, "gives", "give")));
   }
   note_left_out(found, fixes.without_fix, topic, "without a fix");
   note_left_out(found, fixes.not_finite, topic, "whose position is not finite");

@@ -76,7 +76,11 @@ void Priors::add(const io::ros::FixMessage& fix, const StaticFrames& frames) {
     notices_.tell("fix_missing", "the receiver of " + fix_topic_ + " has no fix");
     return;
   }
-  const auto point = projection_->project(fix.position);
+  io::GeoPosition position = fix.position;
+  const bool has_altitude = std::isfinite(position.altitude);
+  if (has_altitude) altitude_ = position.altitude;
+  position.altitude = altitude_;  // without one, z says nothing, but can be interpolated
+  const auto point = projection_->project(position);
   if (!point) {
     notices_.tell("fix_off_map", fmt::format("a fix is left out: {}", point.error().message));
     return;
@@ -93,7 +97,9 @@ void Priors::add(const io::ros::FixMessage& fix, const StaticFrames& frames) {
       .variances = {.translation = {variance(0, kUsual.horizontal), variance(1, kUsual.horizontal),
                                     variance(2, kUsual.vertical)},
                     .heading = 0.0}};
-  if (!projection_->unknown_heights().empty()) prior.variances.translation[2] = 0.0;
+  if (!has_altitude || !projection_->unknown_heights().empty()) {
+    prior.variances.translation[2] = 0.0;
+  }
   if (const auto mounted = frames.pose(frame, base_); mounted && *mounted) {
     turn_anywhere(prior.T_map_base.translation, prior.variances.translation,
                   (*mounted)->translation);

@@ -58,6 +58,7 @@ class Priors {
   std::optional<io::MapProjection> projection_;
   Notices& notices_;
   std::optional<Prior> hint_;
+  double altitude_ = 0.0;  // of the last fix that had one [m]
   std::deque<Prior> priors_;
 };
 

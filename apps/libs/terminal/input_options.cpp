@@ -16,6 +16,7 @@
 #include "terminal/command_line.hpp"
 #include "terminal/option_values.hpp"
 #include "vantage/io/formats.hpp"
+#include "vantage/io/map_files.hpp"
 #include "vantage/io/sensor_trajectory.hpp"
 
 namespace vantage {
@@ -115,10 +116,34 @@ Result<void> check_mount(const InputOptions& options) {
       "localizer.T_sensor_body states the mount");
 }
 
+/// Checks that the scans are not the map: its file, or a folder that holds it. Beside a bag, a map
+/// does no harm.
+/// @param map_files  patterns; one that cannot be read is left to those who read the map
+Result<void> check_not_map(const std::filesystem::path& scans,
+                           std::span<const std::filesystem::path> map_files) {
+  const auto map = io::map_files(map_files);
+  if (!map || map_files.empty()) return {};
+  VANTAGE_TRY(const bool bag, io::ros::is_bag(scans));
+  if (bag) return {};
+  for (const std::filesystem::path& file : map->files) {
+    std::error_code ignored;
+    const bool is_it = std::filesystem::equivalent(scans, file, ignored);
+    const bool holds_it = std::filesystem::is_regular_file(file, ignored) &&
+                          std::filesystem::equivalent(scans, file.parent_path(), ignored);
+    if (!is_it && !holds_it) continue;
+    return fail(ErrorCode::invalid_input,
+                is_it ? std::string("is the map, expected the recorded scans")
+                      : fmt::format("the folder holds the map ({}), expected recorded scans only",
+                                    file.filename().string()),
+                SourceLocation{scans.string(), 0, 0});
+  }
+  return {};
+}
+
 /// @param option  "--odometry", which has an option "--odometry-topic" beside it
-Result<io::Trajectory> read_poses(const std::string& option, const std::string& named,
-                                  const std::string& topic, const InputOptions& options,
-                                  const io::SensorFrame& sensor) {
+Result<io::SensorTrajectory> read_poses(const std::string& option, const std::string& named,
+                                        const std::string& topic, const InputOptions& options,
+                                        const io::SensorFrame& sensor) {
   VANTAGE_TRY(const auto place, named_place(option, named, topic, options.scans));
   return of_place(io::read_sensor_trajectory({place.path, place.topic, options.rate_hz}, sensor),
                   place, named);
@@ -217,6 +242,7 @@ Result<RunInputs> InputOptions::open(std::span<const std::filesystem::path> map_
                    .window = window};
   // What is wrong is said before any work is done.
   VANTAGE_CHECK(check_mount(*this));
+  VANTAGE_CHECK(check_not_map(scans, map_files));
   VANTAGE_TRY(inputs.opened, io::OpenedScans::open(inputs.scans));
   io::SensorFrame sensor{
       .name = inputs.opened->describe().frame, .scans = scans, .T_child_sensor = {}};
@@ -226,14 +252,18 @@ Result<RunInputs> InputOptions::open(std::span<const std::filesystem::path> map_
   if (reference.empty()) {
     VANTAGE_CHECK(check_unused("--reference", {{"--reference-topic", !reference_topic.empty()}}));
   } else {
-    VANTAGE_TRY(inputs.reference,
+    VANTAGE_TRY(auto read,
                 read_poses("--reference", reference.string(), reference_topic, *this, sensor));
+    add_damage(inputs, read.damage);
+    inputs.reference = std::move(read.poses);
   }
   if (odometry.empty()) {
     VANTAGE_CHECK(check_unused("--odometry", {{"--odometry-topic", !odometry_topic.empty()}}));
   } else {
-    VANTAGE_TRY(inputs.odometry,
+    VANTAGE_TRY(auto read,
                 read_poses("--odometry", odometry.string(), odometry_topic, *this, sensor));
+    add_damage(inputs, read.damage);
+    inputs.odometry = std::move(read.poses);
   }
   if (prior.empty()) {
     VANTAGE_CHECK(check_unused("--prior", {{"--prior-topic", !prior_topic.empty()},
@@ -241,12 +271,14 @@ Result<RunInputs> InputOptions::open(std::span<const std::filesystem::path> map_
                                            {"--map-projector", !map_projector.empty()}}));
   } else {
     VANTAGE_TRY(inputs.priors, read_priors(*this, sensor, map_files));
+    add_damage(inputs, inputs.priors->damage);
   }
   if (imu.empty()) {
     VANTAGE_CHECK(check_unused(
         "--imu", {{"--imu-topic", !imu_topic.empty()}, {"--imu-by-frame", imu_by_frame}}));
   } else {
     VANTAGE_TRY(inputs.imu, read_imu(*this));
+    add_damage(inputs, inputs.imu->damage);
   }
   return inputs;
 }

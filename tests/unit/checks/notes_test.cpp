@@ -111,6 +111,16 @@ TEST_CASE("a configuration that does not suit the map") {
   CHECK(only(notes_on(good_map(), other)).starts_with("visibility.max_range is 1 m"));
 }
 
+TEST_CASE("a reference that tracked scans are far from") {
+  CHECK_FALSE(note_on_reference(0.0, 0.02, 3.0));
+  CHECK_FALSE(note_on_reference(0.0, 9.0, 3000.0));
+  const auto far = note_on_reference(200.0, 3456.0, 9000.0);
+  REQUIRE(far);
+  CHECK(far->what.starts_with("the poses of tracked scans are 3,456 m from the reference"));
+  CHECK(far->advice.find("in another frame than the map, or its stamps") != std::string::npos);
+  CHECK(note_on_reference(99.9, 100.0, 100.1)->advice.starts_with("the reference is shifted"));
+}
+
 TEST_CASE("scans in other units or another frame, and without points") {
   const auto note = [](auto change) {
     ScanFacts scans = good_scans();
@@ -126,6 +136,12 @@ TEST_CASE("scans in other units or another frame, and without points") {
   CHECK(note(times(100.0)).ends_with("seem to be in centimetres"));
   CHECK(note(times(0.001)).ends_with("seem to be in kilometres"));
   CHECK(note([](ScanFacts& s) { s.eccentricity = 20.0; }).find("map's frame") != std::string::npos);
+  CHECK(note([](ScanFacts& s) {
+          s.placed = 10;
+          s.elsewhere = 3;
+          s.farthest = 22.4;
+        }).find("3 of 10 scans were not taken from the origin of their points, but up to 22 m") ==
+        0);
   CHECK(note([](ScanFacts& s) { s.ranges.clear(); }).starts_with("5 scans were looked at"));
   CHECK(note([](ScanFacts& s) { s.empty = 2; }).starts_with("2 of 5 scans"));
   CHECK(note([](ScanFacts& s) { s.points = 40.0; }).starts_with("a scan has 40 points"));

@@ -3,8 +3,11 @@
 #include <doctest/doctest.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <numbers>
+
+#include "checks/sensor_place.hpp"
 
 namespace vantage::checks {
 namespace {
@@ -93,6 +96,54 @@ TEST_CASE("scans in the map's frame lie far beside the sensor") {
   PointCloud points = scene();
   for (Point& p : points) p += Point(300.0, 200.0, 0.0);
   CHECK(facts_of(points).eccentricity > 10.0);
+}
+
+/// What a sensor at `sensor` sees of a ground with columns on it, in the frame of the ground.
+PointCloud seen_from(const Point& sensor) {
+  constexpr double kRadius = 1.0, kHeight = 9.0, kReach = 60.0;  // [m]
+  PointCloud points;
+  for (int turn = 0; turn < 360; ++turn) {
+    for (int rise = -15; rise <= 15; ++rise) {
+      const double a = (turn + 0.3) * kDegree, e = (rise + 0.5) * kDegree;
+      const Eigen::Vector3d ray(std::cos(e) * std::cos(a), std::cos(e) * std::sin(a), std::sin(e));
+      double range = ray.z() < 0.0 ? -sensor.z() / ray.z() : 2.0 * kReach;
+      for (int i = -8; i <= 12; ++i) {
+        for (int j = -9; j <= 9; ++j) {
+          const Eigen::Vector2d middle(7.0 * i + 3.0 * (j % 2) + 3.5, 7.0 * j + 3.5);
+          const Eigen::Vector2d to = middle - sensor.head<2>(), flat = ray.head<2>().normalized();
+          const double along = to.dot(flat), aside = (to - along * flat).norm();
+          if (along <= 0.0 || aside >= kRadius) continue;
+          const double hit = (along - std::sqrt(kRadius * kRadius - aside * aside)) / std::cos(e);
+          if (sensor.z() + hit * ray.z() < kHeight) range = std::min(range, hit);
+        }
+      }
+      if (range < kReach) points.push_back(sensor + range * ray);
+    }
+  }
+  return points;
+}
+
+TEST_CASE("scans in the frame of the map show where their sensor was") {
+  ScanSurvey in_map, in_sensor;
+  for (const double x : {0.0, 5.0, 20.0, 30.0}) {
+    CAPTURE(x);
+    const Point sensor(x, 0.2 * x, 1.8);
+    PointCloud points = seen_from(sensor);
+    for (Point& p : points) p.z() -= 1.8;  // the map's origin is where the drive begins
+    const SensorPlace found = find_sensor(points);
+    CHECK(found.is_elsewhere() == (x > 0.0));
+    if (found.is_elsewhere()) CHECK((found.at - sensor.head<2>()).norm() < 1.0);
+    in_map.place(scan_of(points));
+    for (Point& p : points) p -= Point(x, 0.2 * x, 0.0);
+    const SensorPlace own = find_sensor(points);
+    CHECK_FALSE(own.is_elsewhere());
+    CHECK(own.hidden_at_origin < 0.15);
+    in_sensor.add(scan_of(points));
+  }
+  CHECK(in_map.facts().placed == 4);
+  CHECK(in_map.facts().elsewhere == 3);
+  CHECK(in_map.facts().farthest == doctest::Approx(30.6).epsilon(0.05));
+  CHECK(in_sensor.facts().elsewhere == 0);
 }
 
 TEST_CASE("times, empty scans, points that are no returns") {

@@ -77,6 +77,47 @@ TEST_CASE("a recording is opened once: the run reads what was opened to look at 
   }
 }
 
+TEST_CASE("a map that is given as the scans is refused") {
+  const test::TemporaryFolder folder;
+  const auto cloud = [](const std::filesystem::path& path) {
+    std::filesystem::create_directories(path.parent_path());
+    std::ofstream(path) << "FIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nWIDTH 1\nDATA ascii\n1 2 3\n";
+    return path;
+  };
+  const auto map = cloud(folder.path() / "map" / "map.pcd");
+  const auto scan = cloud(folder.path() / "scans" / "0.pcd");
+  const auto message_of = [&](const std::filesystem::path& scans,
+                              const std::filesystem::path& pattern) {
+    const auto inputs = InputOptions{.scans = scans}.open(std::vector{pattern});
+    return inputs ? std::string() : to_string(inputs.error());
+  };
+  CHECK(message_of(map, map) == map.string() + ": error: is the map, expected the recorded scans");
+  for (const auto& pattern : {map, map.parent_path(), map.parent_path() / "*.pcd"}) {
+    CHECK(message_of(map.parent_path(), pattern) ==
+          map.parent_path().string() +
+              ": error: the folder holds the map (map.pcd), expected recorded scans only");
+    CHECK(message_of(scan.parent_path(), pattern).empty());
+  }
+  CHECK(message_of(map.parent_path(), folder.path() / "none.pcd").empty());
+}
+
+TEST_CASE("damage of inputs is kept once, and is that of the scans or of another file") {
+  const auto damage = [](const std::string& file) {
+    return Error{
+        ErrorCode::corrupt_data, "the file ends at byte 7", SourceLocation{file, 0, 0}, {}};
+  };
+  RunInputs inputs;
+  inputs.scans.path = "/data/run";
+  add_damage(inputs, std::nullopt);
+  for (const char* file : {"/data/run/run_1.mcap", "/data/imu.bag", "/data/imu.bag"}) {
+    add_damage(inputs, damage(file));
+  }
+  CHECK(inputs.damaged.size() == 2);
+  const auto others = damaged_besides_scans(inputs);
+  REQUIRE(others.size() == 1);
+  CHECK(others.front().where->file == "/data/imu.bag");
+}
+
 TEST_CASE("a run and each of its scans have the alert limit of the localizer") {
   const test::TemporaryFolder folder;
   const RunInputs inputs = inputs_in(folder);
@@ -242,6 +283,45 @@ TEST_CASE("an input that was recorded at another time is an error that says when
           inputs.imu = io::ImuRecording{};
           inputs.imu->samples = {ImuSample{.stamp = 1e6}};
         }).find("no scan has samples of the IMU: the IMU has samples from 1000000 to") == 0);
+}
+
+TEST_CASE("stamps of another unit or clock are named before a scan is localized") {
+  const test::TemporaryFolder folder;
+  const RunInputs plain = inputs_in(folder);
+  REQUIRE(plain.opened->describe().last_stamp == 3.0);
+  const auto said = [&](double begin, double end, std::optional<double> duration = {}) {
+    RunInputs inputs = plain;
+    inputs.odometry = {{.stamp = begin, .pose = {}}, {.stamp = end, .pose = {}}};
+    inputs.window.duration = duration;
+    const auto checked = check_stamps(inputs, 1.0, plain.opened->describe());
+    return checked ? std::string() : checked.error().message;
+  };
+  CHECK(said(0.5, 1.5).empty());
+  CHECK(said(2.0, 9.0).empty());
+  CHECK(said(50.0, 90.0).empty());  // a bag's last stamp is a guess
+  CHECK_FALSE(said(50.0, 90.0, 5.0).empty());
+  CHECK(said(1e6, 3e6) ==
+        "no scan has a pose of the odometry: the odometry has poses from 1000000 to 3000000 s, the "
+        "scans begin at 1 s; stamps are those of the messages' headers; its stamps seem to be in "
+        "microseconds, and stamps are in seconds");
+  CHECK(said(1e9, 3e9).ends_with("seem to be in nanoseconds, and stamps are in seconds"));
+  CHECK(said(1.7e9, 1.7e9 + 2.0).find("the two have different clocks") != std::string::npos);
+  CHECK(said(1.7e11, 1.8e11).find("the two have different clocks") != std::string::npos);
+  const auto late = check_stamps(plain, 1.7e12, {});
+  CHECK(late);  // there is no other input
+  RunInputs other = plain;
+  other.odometry = {{.stamp = 1.7e9, .pose = {}}, {.stamp = 1.7e9 + 60.0, .pose = {}}};
+  io::ScanDescription recording;
+  recording.last_stamp = 1.7e12 + 6e4;
+  const auto milliseconds = check_stamps(other, 1.7e12, recording);
+  REQUIRE_FALSE(milliseconds);
+  io::ScanDescription folder_of_files;  // its last stamp is exact
+  folder_of_files.last_stamp = 15.3;
+  other.odometry = {{.stamp = 100.0, .pose = {}}, {.stamp = 15300.0, .pose = {}}};
+  CHECK_FALSE(check_stamps(other, 0.1, folder_of_files));
+  CHECK(
+      milliseconds.error().message.ends_with("the stamps of the scans seem to be in "
+                                             "milliseconds, and stamps are in seconds"));
 }
 
 TEST_CASE("a prior that is no file must be a topic of the scans' bag") {

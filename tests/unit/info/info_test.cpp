@@ -41,6 +41,24 @@ RecordingInfo inspected(const io::ScanOptions& options) {
   return *std::move(info);
 }
 
+TEST_CASE("info: a bag that is cut off is described up to the cut") {
+  const TemporaryFolder folder;
+  std::vector<TestMessage> messages;
+  for (std::int64_t tenths = 10; tenths < 20; ++tenths) messages.push_back(cloud("/a", tenths));
+  const std::string whole = test::mcap(messages, {.indexed = false});
+  const RecordingInfo complete =
+      inspected({.path = put(folder.path() / "whole.mcap", test::mcap(messages)), .topic = {}});
+  CHECK_FALSE(complete.damage);
+  const auto path = put(folder.path() / "cut.mcap", whole.substr(0, whole.size() / 2));
+  const RecordingInfo info = inspected({.path = path, .topic = {}});
+  REQUIRE(info.scans);
+  CHECK(info.scans->count >= 2);
+  CHECK(info.scans->count < 10);
+  REQUIRE(info.damage);
+  CHECK(info.damage->message.starts_with("the file ends at byte"));
+  CHECK(to_json(info)["damage"] == to_string(*info.damage));
+}
+
 TEST_CASE("info: a bag with a gap, a scan that goes back in time and a NaN in each") {
   const TemporaryFolder folder;
   std::vector<TestMessage> messages;

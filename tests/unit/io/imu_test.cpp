@@ -129,6 +129,27 @@ TEST_CASE("imu: bags of every kind") {
   }
 }
 
+TEST_CASE("imu: a bag that is cut off gives the samples before the cut, and says it") {
+  std::vector<TestMessage> messages;
+  for (int i = 0; i < 40; ++i) messages.push_back(at(5 * i, {}, Layout::cdr_little));
+  for (const bool indexed : {true, false}) {
+    CAPTURE(indexed);
+    const std::string whole = test::mcap(messages, {.indexed = indexed});
+    const TemporaryFolder folder;
+    const auto path = put(folder.path() / "a.mcap", whole.substr(0, whole.size() / 2));
+    const ImuRecording found = read({.path = path});
+    CHECK(found.samples.size() >= 10);
+    CHECK(found.samples.size() < 40);
+    REQUIRE(found.damage);
+    check_clear(*found.damage, ErrorCode::corrupt_data, "a.mcap", "the file ends at byte");
+    CHECK_FALSE(read({.path = put(folder.path() / "b.mcap", test::mcap(messages))}).damage);
+  }
+  const std::string whole = test::mcap(messages, {.indexed = false});
+  const TemporaryFolder folder;
+  check_error({.path = put(folder.path() / "c.mcap", whole.substr(0, 40))}, ErrorCode::corrupt_data,
+              "c.mcap", "the file ends at byte 40");
+}
+
 TEST_CASE("imu: a topic is chosen as that of scans is") {
   const TemporaryFolder folder;
   std::vector<TestMessage> messages{at(0), at(5), at(0, {.frame = "other"}, Layout::ros1, "/b")};

@@ -173,6 +173,38 @@ TEST_CASE("absolute point times become times after the stamp") {
   }
 }
 
+TEST_CASE("floating point of a whole sweep is in the unit in which it lasts as long as sweeps do") {
+  const auto sweep = [](auto zero, double length) {
+    std::vector<decltype(zero)> times;
+    for (int i = 0; i <= 1000; ++i) {
+      times.push_back(zero + static_cast<decltype(zero)>(0.001 * i * length));
+    }
+    return times;
+  };
+  const auto length_of = [](const Seconds& times) { return times.back() - times.front(); };
+  for (const double seconds : {0.05, 0.1, 0.2, 1.0}) {
+    CAPTURE(seconds);
+    for (const double units : {1.0, 1e3, 1e6, 1e9}) {
+      CAPTURE(units);
+      const double length = seconds * units;
+      for (const char* stamp : {"0.1", "33.0", "1700000000.25"}) {
+        CAPTURE(stamp);
+        CHECK(length_of(seconds_of("t", sweep(0.0F, length), stamp)) == doctest::Approx(seconds));
+        CHECK(length_of(seconds_of("time", sweep(0.0, length), stamp)) == doctest::Approx(seconds));
+      }
+      // Of another clock.
+      CHECK(length_of(seconds_of("time", sweep(7e4 * units, length), "33.0")) ==
+            doctest::Approx(seconds).epsilon(1e-3));
+    }
+  }
+  // A stray time may be what makes a sweep long.
+  std::vector<float> stray = sweep(0.0F, 0.1);
+  stray.back() = 100.0F;
+  const auto refused = read_scan(".pcd", pcd("t", stray));
+  REQUIRE_FALSE(refused);
+  check_clear(refused.error(), ErrorCode::corrupt_data, "scan.pcd", "spans 100 s");
+}
+
 TEST_CASE("the user can say which point has the stamp, whatever the times count from") {
   const auto seconds = [](const std::vector<double>& values, std::optional<StampedPoint> point) {
     const PointTimes times{values, *time_format("timestamp", true, 8), "timestamp"};

@@ -240,7 +240,6 @@ TEST_CASE("priors: messages of NavSatFix that cannot be used are left out and co
                                      {.seconds = 2, .status = -2, .latitude = nan},
                                      {.seconds = 3, .latitude = nan},
                                      {.seconds = 4, .longitude = nan},
-                                     {.seconds = 5, .altitude = nan},
                                      {.seconds = 6},
                                      {.seconds = 6},
                                      {.seconds = 7, .latitude = 0.0, .longitude = 0.0},
@@ -251,17 +250,73 @@ TEST_CASE("priors: messages of NavSatFix that cannot be used are left out and co
   CHECK(found.notes ==
         std::vector<std::string>{
             "2 messages of /prior without a fix were left out",
-            "3 messages of /prior whose position is not finite were left out",
+            "2 messages of /prior whose position is not finite were left out",
             "2 messages of /prior far from the map or not on the earth were left out",
             "1 message of /prior stamped no later than the one before was left out"});
   const auto none =
-      fix_bag(folder, {{.seconds = 1, .status = -1}, {.seconds = 2, .altitude = nan}});
+      fix_bag(folder, {{.seconds = 1, .status = -1}, {.seconds = 2, .longitude = nan}});
   refused_priors(
       {.path = none, .map_projector = projector}, {}, ErrorCode::corrupt_data,
       "no message of /prior can be used: 1 without a fix, 1 whose position is not finite");
   const auto moved = fix_bag(folder, {{.seconds = 1}, {.seconds = 2, .frame = "other"}});
   refused_priors({.path = moved, .map_projector = projector}, {}, ErrorCode::corrupt_data,
                  "the position is that of 'other', expected that of 'gnss' as before");
+}
+
+TEST_CASE("priors: a message of NavSatFix without an altitude says where it is in the plan") {
+  const TemporaryFolder folder;
+  const double nan = std::nan("");
+  const auto projector = put_projector(folder);
+  const auto known =
+      read_sound_priors({.path = fix_bag(folder, {{.seconds = 1}}), .map_projector = projector});
+  const Eigen::Vector3d expected = known.priors[0].prior.T_map_sensor.translation;
+  const auto path = fix_bag(
+      folder, {{.seconds = 1, .altitude = nan}, {.seconds = 2}, {.seconds = 3, .altitude = nan}});
+  for (const bool forced : {false, true}) {
+    PriorSource source{.path = path, .map_projector = projector};
+    if (forced) source.sigmas = io::PriorSigmas{2.0, 4.0, 0.1};
+    const auto found = read_sound_priors(source);
+    REQUIRE(found.priors.size() == 3);
+    for (std::size_t i = 0; i < 3; ++i) {
+      CAPTURE(i);
+      const PosePrior& prior = found.priors[i].prior;
+      CHECK((prior.T_map_sensor.translation - expected).norm() < 1e-9);
+      CHECK(std::isinf(prior.sigma_translation.z()) == (i != 1));
+      CHECK(prior.sigma_translation.x() == doctest::Approx(2.0));
+    }
+    CHECK(found.notes ==
+          std::vector<std::string>{"2 messages of /prior have no altitude and give no height"});
+  }
+  // Between measurements, z is not drawn to a height that nobody knows.
+  const auto between =
+      io::prior_at(read_sound_priors({.path = path, .map_projector = projector}), 2.75);
+  REQUIRE(between);
+  CHECK(between->T_map_sensor.translation.z() == doctest::Approx(expected.z()));
+  CHECK(between->sigma_translation.z() == doctest::Approx(4.0));
+  const auto none = read_sound_priors(
+      {.path = fix_bag(folder, {{.seconds = 1, .altitude = nan}}), .map_projector = projector});
+  CHECK(std::isinf(none.priors[0].prior.sigma_translation.z()));
+  CHECK((none.priors[0].prior.T_map_sensor.translation - expected).head<2>().norm() < 1e-6);
+}
+
+TEST_CASE("priors: a bag that is cut off gives the positions before the cut, and says it") {
+  const TemporaryFolder folder;
+  const std::filesystem::path projector = put_projector(folder);
+  std::vector<TestFix> fixes(20);
+  for (std::uint32_t i = 0; i < fixes.size(); ++i) fixes[i].seconds = i + 1;
+  for (const auto layout : {MessageWriter::Layout::ros1, MessageWriter::Layout::cdr_little}) {
+    const auto path = fix_bag(folder, fixes, layout);
+    const PriorSource source{.path = path, .map_projector = projector};
+    const PosePriors all = read_sound_priors(source);
+    CHECK(all.priors.size() == 20);
+    CHECK_FALSE(all.damage);
+    std::filesystem::resize_file(path, std::filesystem::file_size(path) / 2);
+    const PosePriors some = read_sound_priors(source);
+    CHECK(some.priors.size() >= 2);
+    CHECK(some.priors.size() < 20);
+    REQUIRE(some.damage);
+    check_clear(*some.damage, ErrorCode::corrupt_data, "prior.bag", "the file ends at byte");
+  }
 }
 
 TEST_CASE("priors: where the sensor is from the antenna") {

@@ -49,10 +49,10 @@ std::filesystem::path bag(const TemporaryFolder& folder, const std::string& name
   return test::put(folder.path() / name, test::mcap(messages));
 }
 
-void check_carried(const Result<io::Trajectory>& poses, const Pose& T_base_sensor) {
+void check_carried(const Result<io::SensorTrajectory>& poses, const Pose& T_base_sensor) {
   REQUIRE_MESSAGE(poses, to_string(poses.error()));
-  REQUIRE(poses->size() == 2);
-  for (const io::StampedPose& moment : *poses) {
+  REQUIRE(poses->poses.size() == 2);
+  for (const io::StampedPose& moment : poses->poses) {
     const Pose expected = pose(moment.stamp, 0.0) * T_base_sensor;
     CHECK((moment.pose.translation - expected.translation).norm() < 1e-12);
     CHECK(rotation_between(moment.pose, expected) < 1e-7);
@@ -104,6 +104,22 @@ TEST_CASE("sensor trajectory: frames that nothing connects") {
   check_clear(poses.error(), ErrorCode::invalid_input, "plain.mcap",
               "the poses of /odom are those of frame 'base_link', the scans are in frame "
               "'velodyne', and no /tf_static connects them; say with --mount");
+}
+
+TEST_CASE("sensor trajectory: a bag that is cut off gives the poses before the cut, and says it") {
+  const TemporaryFolder folder;
+  const std::vector<TestMessage> messages{tf_static(), odometry(1), odometry(2), odometry(3)};
+  const std::string whole = test::mcap(messages, {.messages_in_chunk = 1});
+  const std::size_t last = test::mcap({tf_static(), odometry(1), odometry(2)},
+                                      {.indexed = false, .messages_in_chunk = 1})
+                               .size();
+  const auto path = test::put(folder.path() / "cut.mcap", whole.substr(0, last));
+  const auto poses = io::read_sensor_trajectory({path, "", 10.0}, {.name = "velodyne"});
+  check_carried(poses, pose(0.5, 0.25));
+  REQUIRE(poses->damage);
+  check_clear(*poses->damage, ErrorCode::corrupt_data, "cut.mcap", "the file ends at byte");
+  const auto complete = bag(folder, "whole.mcap", true);
+  CHECK_FALSE(io::read_sensor_trajectory({complete, "", 10.0}, {.name = "velodyne"})->damage);
 }
 
 TEST_CASE("sensor trajectory: text files hold the sensor's poses and have no topics") {

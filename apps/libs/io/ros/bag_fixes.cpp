@@ -6,6 +6,7 @@
 #include <string_view>
 #include <utility>
 
+#include "io/ros/message_reading.hpp"
 #include "io/ros/messages.hpp"
 #include "io/ros/topic_choice.hpp"
 #include "io/ros/transform_tree.hpp"
@@ -17,13 +18,10 @@ Result<BagFixes> read_bag_fixes(MessageReader& reader, const std::vector<std::si
   BagFixes found;
   bool is_first = true;
   VANTAGE_TRY(const bool has_log_times, lacks_stamps(reader, topics));
-  VANTAGE_CHECK(reader.select(topics));
-  while (true) {
-    VANTAGE_TRY(const auto message, reader.next());
-    if (!message) return found;
-    const Topic& topic = reader.topics()[message->topic];
-    auto fix = parse_nav_sat_fix(message->bytes, *topic.encoding, {reader.file(), 0, 0});
-    if (!fix) return in_message(std::move(fix).error(), reader, *message);
+  const auto add = [&](const BagMessage& message) -> Result<void> {
+    const Topic& topic = reader.topics()[message.topic];
+    auto fix = parse_nav_sat_fix(message.bytes, *topic.encoding, {reader.file(), 0, 0});
+    if (!fix) return in_message(std::move(fix).error(), reader, message);
     const std::string_view frame = frame_name(fix->header.frame);
     if (std::exchange(is_first, false)) found.frame = frame;
     if (frame != found.frame) {
@@ -33,23 +31,25 @@ Result<BagFixes> read_bag_fixes(MessageReader& reader, const std::vector<std::si
                             quoted(frame), quoted(std::string_view(found.frame))),
                 SourceLocation{reader.file(), 0, 0},
                 {}},
-          reader, *message);
+          reader, message);
     }
     const GeoPosition& at = fix->position;
     const double stamp =
-        has_log_times ? seconds_from(message->log_time) : fix->header.stamp.seconds();
+        has_log_times ? seconds_from(message.log_time) : fix->header.stamp.seconds();
     if (!fix->has_fix) {
       ++found.without_fix;
-    } else if (!std::isfinite(at.latitude) || !std::isfinite(at.longitude) ||
-               !std::isfinite(at.altitude)) {
+    } else if (!std::isfinite(at.latitude) || !std::isfinite(at.longitude)) {
       ++found.not_finite;
     } else if ((!has_log_times && stamp == 0.0) ||
                (!found.fixes.empty() && stamp <= found.fixes.back().stamp)) {
       ++found.not_later;
     } else {
-      found.fixes.push_back({stamp, at, fix->variances});
+      found.fixes.push_back({stamp, at, fix->variances, std::isfinite(at.altitude)});
     }
-  }
+    return {};
+  };
+  VANTAGE_TRY(found.damage, for_each_message(reader, topics, add));
+  return found;
 }
 
 }  // namespace vantage::io::ros

@@ -15,9 +15,10 @@ namespace vantage::io::ros {
 
 /// Where an antenna was.
 struct StampedFix {
-  double stamp = 0.0;  ///< [s]
-  GeoPosition position;
+  double stamp = 0.0;    ///< [s]
+  GeoPosition position;  ///< an altitude that the receiver does not know is NaN
   std::optional<std::array<double, 3>> variances;  ///< east, north, up [m^2], as they were sent
+  bool has_altitude = true;
 };
 
 /// The positions of a topic of sensor_msgs/NavSatFix.
@@ -25,8 +26,9 @@ struct BagFixes {
   std::vector<StampedFix> fixes;  ///< stamps increase strictly
   std::string frame;              ///< of the antenna, without a leading slash; may be empty
   std::uint64_t without_fix = 0;  ///< messages that say so
-  std::uint64_t not_finite = 0;   ///< messages with a fix, but a position that is not finite
+  std::uint64_t not_finite = 0;   ///< messages with a fix, but no finite latitude and longitude
   std::uint64_t not_later = 0;    ///< stamped no later than the one before
+  std::optional<Error> damage;    ///< at which a bag that is cut off or damaged ends
 };
 
 /// Reads the whole bag and selects other topics. Stamps are those of the headers, or log times if

@@ -107,6 +107,9 @@ class BagScans final : public ScanSource {
     }
     VANTAGE_TRY(first_stamp_, stamp_of(*waiting_));
     log_time_after_stamp_ = seconds_from(waiting_->log_time) - first_stamp_;
+    if (const auto span = reader_->span()) {
+      description_.last_stamp = seconds_from(span->second) - log_time_after_stamp_;
+    }
     return {};
   }
 

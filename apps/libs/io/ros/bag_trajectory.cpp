@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "io/ros/message_reading.hpp"
 #include "io/ros/messages.hpp"
 #include "io/ros/topic_choice.hpp"
 #include "io/ros/transform_tree.hpp"
@@ -54,22 +55,22 @@ Result<TopicSpec> parse_spec(const std::string& file, std::string_view text) {
 }
 
 /// @param visit  Result<void>(const PoseMessage&, const BagMessage&)
+/// @return  as for_each_message
 template <class Visit>
-Result<void> for_each_pose(MessageReader& reader, const Topics& topics, const Visit& visit) {
-  VANTAGE_CHECK(reader.select(topics));
-  for (;;) {
-    VANTAGE_TRY(const auto message, reader.next());
-    if (!message) return {};
-    const Topic& topic = reader.topics()[message->topic];
+Result<std::optional<Error>> for_each_pose(MessageReader& reader, const Topics& topics,
+                                           const Visit& visit) {
+  return for_each_message(reader, topics, [&](const BagMessage& message) -> Result<void> {
+    const Topic& topic = reader.topics()[message.topic];
     const auto poses =
-        parse_poses(message->bytes, topic.type, *topic.encoding, {reader.file(), 0, 0});
-    if (!poses) return in_message(poses.error(), reader, *message);
+        parse_poses(message.bytes, topic.type, *topic.encoding, {reader.file(), 0, 0});
+    if (!poses) return in_message(poses.error(), reader, message);
     for (const PoseMessage& pose : *poses) {
-      if (auto done = visit(pose, *message); !done) {
-        return in_message(std::move(done).error(), reader, *message);
+      if (auto done = visit(pose, message); !done) {
+        return in_message(std::move(done).error(), reader, message);
       }
     }
-  }
+    return {};
+  });
 }
 
 /// @return  whether the pose is later than the last one; otherwise it is left out
@@ -106,7 +107,7 @@ Result<BagTrajectory> read_poses(MessageReader& reader, const Topics& topics) {
     }
     return {};
   };
-  VANTAGE_CHECK(for_each_pose(reader, topics, add));
+  VANTAGE_TRY(found.damage, for_each_pose(reader, topics, add));
   found.stamp_rule = has_log_times ? kLogTimes : kHeaderStamps;
   return found;
 }
@@ -120,7 +121,8 @@ struct Samples {
 struct SampledPath {
   Path path;
   std::map<Edge, Samples> samples;
-  std::uint64_t skipped = 0;  // stamped no later than the one before
+  std::uint64_t skipped = 0;    // stamped no later than the one before
+  std::optional<Error> damage;  // at which they end
 };
 
 Result<TransformTree> read_tree(MessageReader& reader, const Topics& topics) {
@@ -156,7 +158,7 @@ Result<SampledPath> read_samples(MessageReader& reader, const Topics& topics, co
     }
     return {};
   };
-  VANTAGE_CHECK(for_each_pose(reader, topics, add));
+  VANTAGE_TRY(sampled.damage, for_each_pose(reader, topics, add));
   return sampled;
 }
 
@@ -207,6 +209,7 @@ Result<BagTrajectory> read_transforms(MessageReader& reader, const Topics& chose
       [](const auto& a, const auto& b) { return a.second.poses.size() < b.second.poses.size(); });
   BagTrajectory found;
   found.skipped = sampled.skipped;
+  found.damage = sampled.damage;
   for (const StampedPose& sample : fastest->second.poses) {
     const auto pose = pose_along(sampled, sample.stamp);
     if (pose) {

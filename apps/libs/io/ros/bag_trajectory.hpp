@@ -25,6 +25,7 @@ struct BagTrajectory {
   std::string stamp_rule;     ///< a sentence that says where the stamps come from
   std::uint64_t skipped = 0;  ///< poses stamped no later than the one before; for transforms, also
                               ///< stamps at which part of the chain is unknown
+  std::optional<Error> damage;  ///< at which a bag that is cut off or damaged ends
 };
 
 /// Reads the whole bag (twice, for transforms) and selects other topics.

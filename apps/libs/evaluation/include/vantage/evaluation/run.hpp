@@ -45,6 +45,9 @@ struct RunInputs {
   std::optional<io::PosePriors> priors = {};
   /// What the sensor's inertial measurement unit says.
   std::optional<io::ImuRecording> imu = {};
+  /// At which bags end that are cut off or damaged, and of which something other than scans was
+  /// read; what comes before is used. Each is there once.
+  std::vector<Error> damaged = {};
 };
 
 /// The samples of the IMU; none without one.
@@ -52,6 +55,11 @@ struct RunInputs {
   return inputs.imu ? std::span<const ImuSample>(inputs.imu->samples)
                     : std::span<const ImuSample>();
 }
+
+/// Adds an error to RunInputs::damaged, if there is one and no other input has met it.
+void add_damage(RunInputs& inputs, const std::optional<Error>& damage);
+/// RunInputs::damaged without what ends the scans, too: a run says it as its failure.
+[[nodiscard]] std::vector<Error> damaged_besides_scans(const RunInputs& inputs);
 
 /// The difference between an estimate and the reference. The trajectories are not aligned first.
 struct PoseError {
@@ -112,9 +120,24 @@ struct RunInfo {
   std::optional<Error> failure = {};   ///< why the run ended early; the scans before it are there
 };
 
+/// Checks that each other input has something of the time of the scans. It is done before a run, as
+/// far as the recording says when its last scan is, and again at its end.
+/// @param first_stamp  of the first scan of the window [s]
+/// @param scans        the recording
+/// Errors: `invalid_input`, with the times of both, and the unit in which they would agree.
+[[nodiscard]] Result<void> check_stamps(const RunInputs& inputs, double first_stamp,
+                                        const io::ScanDescription& scans);
+
+/// The beginning of a recording.
+struct ScansRead {
+  std::vector<io::StampedScan> scans;
+  std::vector<io::StampedScan> later = {};  ///< spread over the rest of it
+  std::optional<Error> damage = {};         ///< at which the recording ends after at least one scan
+};
 /// The first scans of the run's window. Errors: those of the recording.
-[[nodiscard]] Result<std::vector<io::StampedScan>> first_scans(const RunInputs& inputs,
-                                                               std::size_t count);
+/// @param later  the number of later ones; fewer if the recording does not say how long it is
+[[nodiscard]] Result<ScansRead> first_scans(const RunInputs& inputs, std::size_t count,
+                                            std::size_t later = 0);
 
 /// One pass over recorded scans with one configuration.
 struct Run : RunInfo {

@@ -52,6 +52,8 @@ struct ImuRecording {
   std::uint64_t not_finite = 0;
   std::uint64_t duplicates = 0;    ///< samples left out, because one before has the same stamp
   std::uint64_t out_of_order = 0;  ///< samples that came after a later one; they are sorted in
+  /// At which a bag that is cut off or damaged ends; the samples are those before.
+  std::optional<Error> damage = {};
 };
 
 /// Reads angular velocities and accelerations.

@@ -34,9 +34,10 @@ struct TimeFormat {
 /// `scalar_` and a unit at the end (_ns, _us, _ms, _s) may be added.
 /// The name gives the unit. Without one, numbers of 8 bytes are in the only unit (s, ms, us or ns)
 /// in which all of them are within 10 s of the scan's stamp. If there is no such unit, floating
-/// point is in seconds, or, in 8 bytes, in nanoseconds if only these make a sweep of at most 10 s
-/// (a clock without synchronization, as of Livox); integers of 4 or 8 bytes are in nanoseconds, and
-/// shorter ones in microseconds.
+/// point is in seconds. If it would then span more than 10 s, it is in the unit (ms, us or ns) in
+/// which a sweep of 1000 or more points lasts 4 ms to 1.5 s; otherwise, in 8 bytes, in nanoseconds
+/// if only these make a sweep of at most 10 s (a clock without synchronization, as of Livox).
+/// Integers of 4 or 8 bytes are in nanoseconds, and shorter ones in microseconds.
 /// Integers of 4 bytes have wrapped around if they span less with their upper half before 0.
 struct PointTimes {
   std::vector<double> values;  ///< one per point; empty if the file has none

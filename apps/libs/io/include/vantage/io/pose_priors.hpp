@@ -42,6 +42,8 @@ struct PosePriors {
   std::string source;                ///< the path and the topic, for messages
   /// Sentences for the user: what was left out, and why something is not known.
   std::vector<std::string> notes = {};
+  /// At which a bag that is cut off or damaged ends; the priors are those before.
+  std::optional<Error> damage = {};
 };
 
 /// Reads priors of the sensor.
@@ -54,8 +56,8 @@ struct PosePriors {
 /// sensor_msgs/NavSatFix: positions without a heading, projected as Autoware's
 /// map_projector_info.yaml says. The sensor's distance from the antenna has an unknown direction:
 /// its vertical part is added to z, its horizontal length to the sigmas of x and y in quadrature.
-/// Messages without a fix, or with a position that is not finite, are left out; `notes` says how
-/// many.
+/// Messages without a fix, or without a finite latitude and longitude, are left out; those without
+/// an altitude say nothing about z. `notes` says how many.
 ///
 /// Sigmas are `source.sigmas`, else those of the messages. A variance that is not above 0 is
 /// unknown and gives the default; one of 1e5 m^2 or more, or pi^2 rad^2 or more, gives an infinite

@@ -61,6 +61,9 @@ struct ScanDescription {
   std::vector<std::string> fields;     ///< of the first scan's points: "x float32"
   std::string stamp_rule;              ///< a sentence that says where the stamps come from
   std::optional<std::uint64_t> scans;  ///< if the file says it; includes scans that will be skipped
+  /// No scan is stamped later [s], if the recording says so before its scans are read. A bag says
+  /// when its last message was recorded, of any topic, so it may be later than the last scan.
+  std::optional<double> last_stamp = {};
 };
 
 /// Recorded scans, one after the other, with strictly increasing stamps. A scan without any finite

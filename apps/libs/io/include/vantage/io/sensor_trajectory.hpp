@@ -24,12 +24,19 @@ struct SensorFrame {
   std::optional<Pose> T_child_sensor = {};  ///< the sensor's mount, if no /tf_static gives it
 };
 
-/// Reads T_frame_sensor at each stamp. Poses in text files, and poses without a child frame, are
+/// Where the sensor was: T_frame_sensor at each stamp.
+struct SensorTrajectory {
+  Trajectory poses;
+  /// At which a bag that is cut off or damaged ends; the poses are those before.
+  std::optional<Error> damage = {};
+};
+
+/// Reads where the sensor was. Poses in text files, and poses without a child frame, are
 /// taken as those of the sensor. A bag's poses of another frame are carried to the sensor by
 /// `T_child_sensor`; without it, by /tf_static of that bag, or else of the scans' bag.
 /// Errors: those of read_trajectory and ros::read_bag_trajectory; `invalid_input` for a topic of a
 /// text file, and for poses of another frame that nothing connects with the sensor's.
-[[nodiscard]] Result<Trajectory> read_sensor_trajectory(const TrajectorySource& source,
-                                                        const SensorFrame& sensor);
+[[nodiscard]] Result<SensorTrajectory> read_sensor_trajectory(const TrajectorySource& source,
+                                                              const SensorFrame& sensor);
 
 }  // namespace vantage::io
