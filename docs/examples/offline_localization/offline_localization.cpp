@@ -12,7 +12,8 @@ Result<void> run(const char* config_file, const char* bag, const char* topic, co
   const auto plugins = PluginLoader::with_default_folders({});
   VANTAGE_TRY(Localizer localizer, Localizer::open(config, plugins));
   RunInputs inputs{.scans = {.path = bag, .topic = topic}, .start_anywhere = true};
-  VANTAGE_TRY(inputs.reference, io::read_sensor_trajectory({.path = truth, .topic = {}}, {}));
+  VANTAGE_TRY(auto reference, io::read_sensor_trajectory({.path = truth, .topic = {}}, {}));
+  inputs.reference = std::move(reference.poses);
   RunSummarizer summarizer;
   const auto print = [&](const io::StampedScan& scan, const RunScan& done) {
     const auto& t = done.report.T_map_scan.translation;
