@@ -240,6 +240,12 @@ Result<void> run(const CLI::App& app, const Options& options) {
   if (!options.imu_offset.empty() && options.inputs.imu.empty()) {
     return cli::usage_error("--imu-offset is given without --imu");
   }
+  const bool anywhere = options.initial_pose == "auto";
+  std::optional<Pose> initial_pose;
+  if (!options.initial_pose.empty() && !anywhere) {
+    VANTAGE_TRY(initial_pose,
+                cli::parse_pose("--initial-pose", options.initial_pose, " or 'auto'"));
+  }
   const cli::ThreadLimit threads(options.common.jobs);
   VANTAGE_TRY(const Config config, load_config(options.config, options.common.overrides));
   VANTAGE_CHECK(cli::check_outputs(app, config));
@@ -247,12 +253,8 @@ Result<void> run(const CLI::App& app, const Options& options) {
                                                           : std::vector<std::filesystem::path>()));
   inputs.speed = options.speed;
   checks::print(std::cerr, checks::notes_on_damage(damaged_besides_scans(inputs)));
-  if (options.initial_pose == "auto") {
-    inputs.start_anywhere = true;
-  } else if (!options.initial_pose.empty()) {
-    VANTAGE_TRY(inputs.initial_pose,
-                cli::parse_pose("--initial-pose", options.initial_pose, " or 'auto'"));
-  }
+  inputs.start_anywhere = anywhere;
+  inputs.initial_pose = initial_pose;
   const PluginLoader plugins = options.common.loader();
   VANTAGE_TRY(const Bundle bundle, Bundle::open(config, plugins, "localization"));
   if (!options.imu_offset.empty()) {
