@@ -10,7 +10,7 @@
 namespace vantage::io {
 namespace {
 
-constexpr std::size_t kAhead = 2;  // scans
+constexpr std::size_t kAhead = 1;  // scans, besides the one that is read then
 
 class ReadAhead final : public ScanSource {
  public:

@@ -68,7 +68,8 @@ struct RegionMaps::State {
   mutable std::condition_variable_any changed;
   std::unordered_map<std::uint32_t, Entry> entries;
   std::unordered_map<std::uint32_t, std::weak_ptr<const ReadyRegion>> lent;  // not in `entries`
-  std::unordered_set<std::uint32_t> loading;  // which some thread is loading right now
+  std::unordered_set<std::uint32_t> loading;  // which some thread is loading right now, to keep
+  std::size_t lending = 0;                    // so many are being loaded to be borrowed
   // Expected, but failed or did not fit; how many were to be loaded before it then.
   std::unordered_map<std::uint32_t, std::ptrdiff_t> given_up;
   std::vector<RegionId> expected;
@@ -118,14 +119,30 @@ struct RegionMaps::State {
   /// Makes room for a region, and loads it without the lock.
   [[nodiscard]] Result<Ready> load(RegionId region, std::unique_lock<std::mutex>& lock) {
     loading.insert(region.value);
+    Result<Ready> ready = read(region, lock);
+    loading.erase(region.value);
+    changed.notify_all();
+    return ready;
+  }
+
+  /// The same for a caller that borrows it. Other callers do not wait for it: this thread may run a
+  /// task of theirs while it prepares the map.
+  [[nodiscard]] Result<Ready> lend(RegionId region, std::unique_lock<std::mutex>& lock) {
+    ++lending;
+    Result<Ready> ready = read(region, lock);
+    --lending;
+    std::erase_if(lent, [](const auto& one) { return one.second.expired(); });
+    if (ready) lent[region.value] = *ready;
+    return ready;
+  }
+
+  [[nodiscard]] Result<Ready> read(RegionId region, std::unique_lock<std::mutex>& lock) {
     std::vector<Ready> dropped = shrink();
     lock.unlock();
     dropped.clear();
     Result<Ready> ready = make_ready(bundle, matcher, region);
     lock.lock();
-    loading.erase(region.value);
     if (ready) most_of_one = std::max(most_of_one, (*ready)->bytes_read + (*ready)->bytes());
-    changed.notify_all();
     return ready;
   }
 
@@ -140,7 +157,7 @@ struct RegionMaps::State {
     };
     for (;;) {
       const std::size_t held = bytes();
-      if (held + loading.size() * most_of_one <= options.memory) break;
+      if (held + (loading.size() + lending) * most_of_one <= options.memory) break;
       const auto least = std::ranges::min_element(entries, {}, worth);
       if (least == entries.end() || taken_last == least->first) break;
       if (const auto rank = rank_of(least->first)) {
@@ -220,17 +237,9 @@ Result<RegionMaps::Taken> RegionMaps::take(RegionId region) {
 }
 
 Result<Ready> RegionMaps::borrow(RegionId region) const {
-  {
-    const std::scoped_lock lock(state_->mutex);
-    if (Ready ready = state_->held(region.value)) return ready;
-  }
-  auto ready = make_ready(state_->bundle, state_->matcher, region);
-  if (ready) {
-    const std::scoped_lock lock(state_->mutex);
-    std::erase_if(state_->lent, [](const auto& one) { return one.second.expired(); });
-    state_->lent[region.value] = *ready;
-  }
-  return ready;
+  std::unique_lock lock(state_->mutex);
+  if (Ready ready = state_->held(region.value)) return ready;
+  return state_->lend(region, lock);
 }
 
 void RegionMaps::expect(std::vector<RegionId> regions) {

@@ -90,6 +90,14 @@ struct Workspace {
   std::vector<Eigen::Vector3d> scan_normals;
 };
 
+struct Scratch {
+  Workspace whole;
+  PointCloud points;  // a part of the scan
+  Correspondences part;
+  Approach::Workspace approach;
+};
+using Scratches = WorkspacePool<Scratch>;
+
 /// A map that scans are matched to by Gauss-Newton steps on
 ///     E(T) = 1/2 sum_i rho(d_i^T A_i d_i),  d_i = T p_i - q_i,
 /// where q_i is the map point nearest to T p_i. Scans are scored by d_i^T S_i d_i. The Residual
@@ -111,7 +119,8 @@ class SurfelTarget final : public MatchTarget {
   /// @param occupied  cubes of a metre, if some of the map's surfels are left out
   SurfelTarget(SurfelMap map, const SurfelMap::Options& options, const MatchingParams& params,
                const NdtCoefficients& coefficients, std::vector<NdtCoefficients> coarse,
-               const Residual& residual, std::optional<ndt::VoxelMap> occupied = std::nullopt)
+               const Residual& residual, std::shared_ptr<Scratches> scratches,
+               std::optional<ndt::VoxelMap> occupied = std::nullopt)
       : map_(std::move(map)),
         options_(options),
         params_(params),
@@ -119,7 +128,8 @@ class SurfelTarget final : public MatchTarget {
         coefficients_(coefficients),
         residual_(residual),
         approach_(std::move(coarse), options.voxel, std::move(occupied)),
-        voxels_(options) {
+        voxels_(options),
+        scratches_(std::move(scratches)) {
     own_ =
         std::min(params_.final_distance.value_or(params_.max_distance), kOwnEdges * options.edge());
     if (approach_.occupied() != nullptr) params_.final_distance = own_;
@@ -147,18 +157,17 @@ class SurfelTarget final : public MatchTarget {
                        .score = score(scan, minimum.T_local_scan, workspace),
                        .hessian = Residual::kInformation * minimum.at.hessian};
     };
-    return answer_with<Alignment>(scratches_, scan, T_map_scan_guess, align_with);
+    return answer_with<Alignment>(*scratches_, scan, T_map_scan_guess, align_with);
   }
 
   [[nodiscard]] Result<ScanScore> score(PointsView scan,
                                         const Pose& T_map_scan) const noexcept override {
-    return answer_with<ScanScore>(scratches_, scan, T_map_scan, [&](Scratch& scratch) {
+    return answer_with<ScanScore>(*scratches_, scan, T_map_scan, [&](Scratch& scratch) {
       begin(scan, scratch.whole);
       return score(scan, map_.to_local(T_map_scan), scratch.whole);
     });
   }
 
-  /// The scratch memory of alignments is not included.
   [[nodiscard]] std::size_t bytes() const noexcept override {
     return sizeof(*this) + map_.bytes() + approach_.bytes() + voxels_.bytes();
   }
@@ -194,7 +203,7 @@ class SurfelTarget final : public MatchTarget {
     const auto pulls_with = [&](Scratch& scratch) -> Result<std::vector<Pull>> {
       return pulls(scan, map_.to_local(T_map_scan), scratch.whole);
     };
-    return answer_with<std::vector<Pull>>(scratches_, scan, T_map_scan, pulls_with);
+    return answer_with<std::vector<Pull>>(*scratches_, scan, T_map_scan, pulls_with);
   }
 
   [[nodiscard]] Result<PreparedMap> excerpt_of(
@@ -219,13 +228,6 @@ class SurfelTarget final : public MatchTarget {
   // If some surfels are left out, a surfel matches points up to this distance in the last steps, in
   // edges of the map's voxels. Chosen on the demo's campus, of 0.7 to 4.
   static constexpr double kOwnEdges = 2.5;
-
-  struct Scratch {
-    Workspace whole;
-    PointCloud points;  // a part of the scan
-    Correspondences part;
-    Approach::Workspace approach;
-  };
 
   [[nodiscard]] Result<void> check_overlap(const NormalEquations& at, PointsView scan,
                                            const Pose& T_local_scan, const char* where) const {
@@ -407,7 +409,7 @@ class SurfelTarget final : public MatchTarget {
   Residual residual_;
   Approach approach_;
   SurfelVoxels voxels_;
-  mutable WorkspacePool<Scratch> scratches_;
+  std::shared_ptr<Scratches> scratches_;
 };
 
 /// The parameters, `prepare` and `restore` of a matcher with a Residual, for ScanMatcherOf.
@@ -438,10 +440,13 @@ struct SurfelMatching : Params {
     // The defaults of ndt (outlier_ratio, resolution [m]), so that scores are comparable.
     VANTAGE_TRY(const NdtCoefficients coefficients, NdtCoefficients::derive(0.55, 1.0));
     VANTAGE_TRY(auto coarse, Approach::coefficients());
-    return std::make_unique<SurfelTarget<Residual>>(std::move(surfels), options(), *this,
-                                                    coefficients, std::move(coarse),
-                                                    Residual(*this), std::move(occupied));
+    return std::make_unique<SurfelTarget<Residual>>(
+        std::move(surfels), options(), *this, coefficients, std::move(coarse), Residual(*this),
+        scratches_, std::move(occupied));
   }
+
+  // Of all targets together: a region's map would keep its own until it is dropped.
+  std::shared_ptr<Scratches> scratches_ = std::make_shared<Scratches>();
 };
 
 }  // namespace vantage::matching

@@ -9,6 +9,7 @@
 namespace vantage::matching {
 
 /// Lends each running alignment a workspace of its own and keeps the workspace for the next one.
+/// Thread safety: alignments of many threads and targets may share one pool.
 template <class Workspace>
 class WorkspacePool {
  public:

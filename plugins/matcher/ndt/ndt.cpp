@@ -36,6 +36,12 @@ constexpr double kFits = 0.42;
 // Larger voxels lead astray: a whole house has one distribution [m].
 constexpr double kCoarsest = 8.0;
 
+struct Scratch {
+  Workspace finest;
+  Pyramid::Workspace coarse;
+};
+using Scratches = matching::WorkspacePool<Scratch>;
+
 /// Normal distributions transform, point to distribution (Magnusson 2009).
 struct Params : matching::StepParams {
   Params() { max_iterations = 35; }
@@ -48,6 +54,8 @@ struct Params : matching::StepParams {
   std::uint32_t min_points_per_voxel = 6;
   double eigenvalue_floor = 0.01;
   std::optional<double> d1, d2, d3;
+  /// Of all targets together: a region's map would keep its own until it is dropped.
+  std::shared_ptr<Scratches> scratches = std::make_shared<Scratches>();
 
   static constexpr auto schema() {
     constexpr Source kCoefficients{"Eq. 12", "Magnusson 2009, Eqs. 6.8-6.9"};
@@ -177,15 +185,16 @@ class NdtTarget final : public MatchTarget {
                        .score = minimum.at.score,
                        .hessian = minimum.at.hessian};
     };
-    return matching::answer_with<Alignment>(scratches_, scan, T_map_scan_guess, align_with);
+    return matching::answer_with<Alignment>(*params_.scratches, scan, T_map_scan_guess, align_with);
   }
 
   [[nodiscard]] Result<ScanScore> score(PointsView scan,
                                         const Pose& T_map_scan) const noexcept override {
-    return matching::answer_with<ScanScore>(scratches_, scan, T_map_scan, [&](Scratch& scratch) {
-      objective_.begin(scan, scratch.finest);
-      return objective_.score(objective_.to_local(T_map_scan), scratch.finest);
-    });
+    return matching::answer_with<ScanScore>(
+        *params_.scratches, scan, T_map_scan, [&](Scratch& scratch) {
+          objective_.begin(scan, scratch.finest);
+          return objective_.score(objective_.to_local(T_map_scan), scratch.finest);
+        });
   }
 
   [[nodiscard]] std::size_t bytes() const noexcept override {
@@ -236,11 +245,6 @@ class NdtTarget final : public MatchTarget {
   }
 
  private:
-  struct Scratch {
-    Workspace finest;
-    Pyramid::Workspace coarse;
-  };
-
   /// A pose that was found with a part of the points.
   struct Rough {
     Start start;
@@ -299,7 +303,6 @@ class NdtTarget final : public MatchTarget {
   Pyramid pyramid_;
   double d1_;
   Params params_;
-  mutable matching::WorkspacePool<Scratch> scratches_;
 };
 
 Result<std::unique_ptr<MatchTarget>> Params::target_of(VoxelMap map) const {

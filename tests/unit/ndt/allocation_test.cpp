@@ -6,6 +6,7 @@
 #include <random>
 
 #include "scenes.hpp"
+#include "support/plugins.hpp"
 
 namespace {
 std::atomic<std::size_t> allocations = 0;
@@ -85,6 +86,19 @@ TEST_CASE("an alignment allocates nothing after the first of its size") {
     CHECK(smaller);
     CHECK(score);
   }
+}
+
+TEST_CASE("the maps of one matcher share scratch memory") {
+  const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
+  const PointCloud map = test::yard(31);
+  const Pose truth = pose_from_xyz_rpy({0.0, 0.0, 1.0}, {0.0, 0.0, 0.3});
+  const PointCloud scan = test::seen_from(test::yard(32), truth, 15.0, 3000, 1);
+  const auto matcher = test::plugin<ScanMatcher>("ndt");
+  const auto first = matcher->prepare(map).value(), second = matcher->prepare(map).value();
+  REQUIRE(first->align(scan, truth));
+  const std::size_t before = allocations;
+  CHECK(second->align(scan, truth));
+  CHECK(allocations == before);
 }
 
 }  // namespace vantage

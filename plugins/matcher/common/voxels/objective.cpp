@@ -1,7 +1,9 @@
 #include "objective.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
+#include <cstdint>
 #include <cstdlib>
 #include <utility>
 
@@ -45,6 +47,11 @@ kernel::Search search_of(Neighbours neighbours) {
   kernel::Search search = steps_along(3);
   search.within_edge = neighbours == Neighbours::kdtree;
   return search;
+}
+
+std::uint64_t next_id() noexcept {
+  static std::atomic<std::uint64_t> last{0};
+  return ++last;
 }
 
 /// Points of which nothing is kept.
@@ -138,7 +145,8 @@ Objective::Objective(VoxelMap map, Neighbours neighbours, const NdtCoefficients&
     : map_(std::move(map)),
       search_(search_of(neighbours)),
       coefficients_(coefficients),
-      evaluate_(evaluate) {}
+      evaluate_(evaluate),
+      id_(next_id()) {}
 
 Pose Objective::to_local(Pose T_map_scan) const noexcept {
   T_map_scan.rotation.normalize();
@@ -153,6 +161,7 @@ Pose Objective::to_map(Pose T_local_scan) const noexcept {
 
 void Objective::begin(PointsView scan, Workspace& workspace) const {
   const std::size_t batches = (scan.size() + kernel::kBatch - 1) / kernel::kBatch;
+  if (std::exchange(workspace.objective_, id_) != id_) workspace.batches_.clear();
   workspace.points_ = scan.size();
   workspace.neighbours_.resize(batches * search_.size);
   workspace.sums_.resize((batches + kChunk - 1) / kChunk);

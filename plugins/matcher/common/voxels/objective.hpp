@@ -53,16 +53,17 @@ struct Extent {
   std::size_t stride = 1;  ///< only one in so many batches of points is used, for all of them
 };
 
-/// Scratch memory of one alignment at a time, always to the same objective. It grows to fit the
-/// largest scan so far; after that, an alignment allocates nothing. It keeps the Gaussians around
-/// the voxels in which points were last: points that come to the same voxels, as those of a scan at
-/// a nearby pose, need no lookup.
+/// Scratch memory of one alignment at a time. It grows to fit the largest scan so far; after that,
+/// an alignment allocates nothing. It keeps the Gaussians of its last objective around the voxels
+/// in which points were last: points that come to the same voxels, as those of a scan at a nearby
+/// pose, need no lookup.
 class Workspace {
  public:
   Workspace() = default;
 
  private:
   friend class Objective;
+  std::uint64_t objective_ = 0;  // whose Gaussians `neighbours_` has
   std::size_t points_ = 0;
   std::vector<kernel::Batch> batches_;
   std::vector<kernel::Gaussians> neighbours_;
@@ -88,8 +89,7 @@ class Objective {
   [[nodiscard]] Pose to_local(Pose T_map_scan) const noexcept;
   [[nodiscard]] Pose to_map(Pose T_local_scan) const noexcept;
 
-  /// Prepares a workspace, which no other objective has used, for a scan. Call it before the two
-  /// functions below.
+  /// Prepares a workspace for a scan. Call it before the two functions below.
   void begin(PointsView scan, Workspace& workspace) const;
 
   /// E and its analytic derivatives with respect to x = t + dt + exp([w]x) R p at dt = w = 0
@@ -110,6 +110,7 @@ class Objective {
   kernel::Search search_;
   NdtCoefficients coefficients_;
   kernel::Evaluate evaluate_;
+  std::uint64_t id_;  // that no other map of this process has, or had
 };
 
 }  // namespace vantage::ndt

@@ -29,8 +29,8 @@ struct Start {
 /// Thread safety: const functions may run on one object from many threads at once.
 class Pyramid {
  public:
-  /// Scratch memory of one alignment at a time, always in the same pyramid; it grows to fit, and
-  /// then an alignment allocates nothing.
+  /// Scratch memory of one alignment at a time; it grows to fit, and then an alignment allocates
+  /// nothing.
   struct Workspace {
     PointCloud part;  // of the scan
     std::vector<ndt::Workspace> levels;
