@@ -233,7 +233,8 @@ Result<std::optional<Localized>> Session::localize() {
     return std::nullopt;
   }
   left_out_.reset();
-  if (const auto second = frames_.second_parent(params_.frames.base, sensor)) {
+  if (const auto second =
+          frames_.second_parent(params_.frames.base, sensor, now.received.arrival)) {
     notices_.tell("lidar_with_two_parents",
                   *second + ": where the LiDAR is depends on who is asked");
   }

@@ -111,7 +111,7 @@ class Session {
   [[nodiscard]] Result<void> read_pose(const Received& received);
   [[nodiscard]] Result<void> read_trigger(const Received& received);
   [[nodiscard]] Result<void> read_fix(const std::string& message);
-  [[nodiscard]] Result<void> read_transforms(const std::string& message);
+  [[nodiscard]] Result<void> read_transforms(const Received& received);
   [[nodiscard]] bool is_ahead(double stamp, Input input);
   [[nodiscard]] bool is_behind(double stamp, Input input);
   void begin_anew(const std::string& why);

@@ -64,7 +64,7 @@ Result<void> Session::read(Received& received) {
     case Input::trigger: return read_trigger(received);
     case Input::fix: return read_fix(received.message);
     case Input::followed_pose: return {};  // of a MapServer
-    case Input::transforms: return read_transforms(received.message);
+    case Input::transforms: return read_transforms(received);
     case Input::static_transforms: {
       VANTAGE_TRY(const auto transforms,
                   io::ros::parse_poses(received.message, "tf2_msgs/TFMessage", Encoding::cdr, {}));
@@ -223,12 +223,12 @@ Result<void> Session::read_fix(const std::string& message) {
 }
 
 /// What other nodes say of frames that move. A frame with two parents jumps between them.
-Result<void> Session::read_transforms(const std::string& message) {
+Result<void> Session::read_transforms(const Received& received) {
   VANTAGE_TRY(const auto transforms,
-              io::ros::parse_poses(message, "tf2_msgs/TFMessage", Encoding::cdr, {}));
+              io::ros::parse_poses(received.message, "tf2_msgs/TFMessage", Encoding::cdr, {}));
   const auto own = params_.published_child();
   for (const auto& one : transforms) {
-    frames_.add_moving(one);
+    frames_.add_moving(one, received.arrival);
     const std::string_view child = frame_name(one.child);
     if (child != own) continue;
     notices_.tell("frames_with_two_parents",

@@ -17,21 +17,34 @@ Result<void> StaticFrames::add(const io::ros::PoseMessage& transform) {
   return {};
 }
 
-void StaticFrames::add_moving(const io::ros::PoseMessage& transform) {
-  if (moving_.size() >= kMostMoving) return;
-  moving_[std::string(frame_name(transform.child))] = frame_name(transform.header.frame);
+namespace {
+
+constexpr std::int64_t kMovesFor = 10'000'000'000;  // after its last transform [ns]
+
+}  // namespace
+
+void StaticFrames::add_moving(const io::ros::PoseMessage& transform, std::int64_t arrival) {
+  if (moving_.size() >= kMostMoving) {
+    std::erase_if(moving_,
+                  [&](const auto& one) { return arrival - one.second.arrival > kMovesFor; });
+    if (moving_.size() >= kMostMoving) return;
+  }
+  moving_[std::string(frame_name(transform.child))] = {
+      .parent = std::string(frame_name(transform.header.frame)), .arrival = arrival};
 }
 
 std::optional<std::string> StaticFrames::second_parent(std::string_view parent,
-                                                       std::string_view child) const {
+                                                       std::string_view child,
+                                                       std::int64_t now) const {
   const auto path =
       tree_.path(std::string(frame_name(parent)), std::string(frame_name(child)), "/tf_static");
   if (!path || !*path) return std::nullopt;
   for (const auto& [edge, is_inverse] : **path) {
     const auto found = moving_.find(edge.child);
-    if (found == moving_.end() || found->second == frame_name(edge.parent)) continue;
+    if (found == moving_.end() || now - found->second.arrival > kMovesFor) continue;
+    if (found->second.parent == frame_name(edge.parent)) continue;
     return fmt::format("the frame '{}' has the parent '{}' in /tf_static, and '{}' in /tf",
-                       edge.child, edge.parent, found->second);
+                       edge.child, edge.parent, found->second.parent);
   }
   return std::nullopt;
 }

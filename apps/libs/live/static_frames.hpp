@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <map>
 #include <optional>
@@ -21,11 +22,15 @@ class StaticFrames {
   /// A later transform between the same frames replaces the earlier.
   /// Errors: `corrupt_data` for an invalid pose, and for more frames than a robot has.
   [[nodiscard]] Result<void> add(const io::ros::PoseMessage& transform);
-  /// A transform of /tf, whose frames move.
-  void add_moving(const io::ros::PoseMessage& transform);
+  /// A transform of /tf, whose frames move. It is known for 10 s: a node that went publishes no
+  /// longer, and one that is there does so more often.
+  /// @param arrival  as Received::arrival [ns]
+  void add_moving(const io::ros::PoseMessage& transform, std::int64_t arrival);
   /// A frame between two that has a parent in /tf as well: a sentence, or nothing.
+  /// @param now  as Received::arrival [ns]
   [[nodiscard]] std::optional<std::string> second_parent(std::string_view parent,
-                                                         std::string_view child) const;
+                                                         std::string_view child,
+                                                         std::int64_t now) const;
   /// T_parent_child; nothing if the frames are not connected.
   /// Errors: those of TransformTree::path.
   [[nodiscard]] Result<std::optional<Pose>> pose(std::string_view parent,
@@ -36,7 +41,11 @@ class StaticFrames {
 
   io::ros::TransformTree tree_;
   std::map<io::ros::TransformTree::Edge, Pose> poses_;
-  std::map<std::string, std::string, std::less<>> moving_;  // child -> parent
+  struct Moving {
+    std::string parent;
+    std::int64_t arrival;
+  };
+  std::map<std::string, Moving, std::less<>> moving_;  // by child
 };
 
 }  // namespace vantage::live

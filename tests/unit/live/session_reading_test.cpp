@@ -57,6 +57,13 @@ TEST_CASE("frames that another node publishes as well are told") {
   REQUIRE(robot.localize());
   CHECK(robot.was_told(
       "the frame 'lidar' has the parent 'base_link' in /tf_static, and 'arm' in /tf"));
+
+  // Once the other node has ended, nothing is wrong any more.
+  for (const double after : {10.0, 10.2, 60.0}) {
+    robot.scan(kStart + after);
+    REQUIRE(robot.localize());
+  }
+  CHECK(robot.notices.count_of("lidar_with_two_parents") == 2);
 }
 
 TEST_CASE("an invalid transform does not hide those that follow it in its message") {
