@@ -135,8 +135,7 @@ std::optional<PosePrior> Priors::at(double stamp, const Pose& T_base_sensor) {
   if (hint_) {
     // A hand points to a place on a screen: it knows no height, and a heading about.
     constexpr double kMetres = 1.0, kRadians = 15.0 * std::numbers::pi / 180.0;
-    const Prior hint = *std::exchange(hint_, std::nullopt);
-    return of_sensor(hint.T_map_base, hint.variances, T_base_sensor, kMetres, kRadians);
+    return of_sensor(hint_->T_map_base, hint_->variances, T_base_sensor, kMetres, kRadians);
   }
   const auto prior = nearest(stamp);
   if (!prior) return std::nullopt;

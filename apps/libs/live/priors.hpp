@@ -31,10 +31,12 @@ class Priors {
   /// Adds a place of the antenna, without a heading. Tells of a fix that cannot be used, once for
   /// each reason, and leaves it out.
   void add(const io::ros::FixMessage& fix, const StaticFrames& frames);
-  /// A pose by hand: the next scan gets it, and no other prior.
+  /// A pose by hand: scans get it, and no other prior, until it is used up.
   void hint(const io::ros::PoseMessage& pose);
-  /// Whether a hint waits for the next scan.
+  /// Whether a hint waits for a scan.
   [[nodiscard]] bool has_hint() const noexcept { return hint_.has_value(); }
+  /// The sensor was looked for with the hint.
+  void use_up_hint() { hint_.reset(); }
   /// What was added, without the hint.
   void forget() { priors_.clear(); }
 

@@ -219,6 +219,16 @@ std::optional<Pose> Session::odometry_at(double stamp, const std::string& base) 
   return pose * **T_child_base;
 }
 
+/// The sensor was looked for around the hint, unless the scan has no points, or something beside
+/// it failed, such as a disk. A hint that is refused is not tried again.
+void Session::use_up_hint(const Result<ScanReport>& report) {
+  const bool is_used =
+      report ? report->scan_points > 0 : report.error().code == ErrorCode::invalid_input;
+  if (is_used) return priors_.use_up_hint();
+  // After a scan in vain, a localizer may rest before it searches again.
+  if (priors_.has_hint()) begin_anywhere();
+}
+
 Result<std::optional<Localized>> Session::localize() {
   Waiting now = std::move(waiting_.front());
   waiting_.pop_front();
@@ -262,6 +272,7 @@ Result<std::optional<Localized>> Session::localize() {
                                      .seconds = now.scan.seconds,
                                      .prior = prior});
   const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
+  use_up_hint(report);
   if (!report) {
     left_out_ = to_string(report.error());
     return fail(std::move(report).error());

@@ -191,6 +191,45 @@ TEST_CASE("a pose that is given between two drives of different times is not los
   CHECK(found->report.T_map_scan.translation.x() == doctest::Approx(5.0).epsilon(1e-2));
 }
 
+TEST_CASE("a pose that is given is used by the first scan that can be looked for with it") {
+  std::atomic<bool> is_away = false;
+  test::PostWorld world;
+  world.stand_at(test::at_x(5.0));
+  auto bundle = Bundle::of(test::in_process<OnDisk, const MapReader>(
+                               world.memory, ErrorCode::io_failure, is_away),
+                           "disk")
+                    .value();
+  auto localizer = Localizer::open(std::move(bundle),
+                                   test::in_process<test::TruthMatcher, ScanMatcher>(world.truth),
+                                   test::plugin<Relocalizer>("voxel_search"), {});
+  REQUIRE_MESSAGE(localizer, to_string(localizer.error()));
+  Notices notices([](const std::string&) {});
+  Session session(*std::move(localizer), Robot::with_mount(), std::nullopt, notices);
+  const auto localize = [&](double stamp, const PointCloud& points) {
+    const auto cloud = io::ros::write_point_cloud2({.stamp = stamp, .frame = "lidar"}, points);
+    session.take({.input = Input::points, .arrival = ns(stamp), .message = *cloud});
+    return session.localize();
+  };
+  const auto given = io::ros::write_pose_with_covariance(
+      {.stamp = kStart, .frame = "map"}, test::at_x(5.0), io::ros::PoseCovariance::Zero());
+  session.take({.input = Input::initial_pose, .arrival = ns(kStart), .message = *given});
+
+  is_away = true;
+  CHECK_FALSE(localize(kStart, world.scan));
+  is_away = false;
+  const auto empty = localize(kStart + 0.1, {});
+  REQUIRE(empty);
+  CHECK_FALSE((*empty)->report.has_pose);
+  const auto found = localize(kStart + 0.2, world.scan);
+  REQUIRE(found);
+  REQUIRE((*found)->prior);
+  CHECK((*found)->prior->T_map_sensor.translation.x() == 5.0);
+  CHECK((*found)->report.has_pose);
+  const auto next = localize(kStart + 0.3, world.scan);
+  REQUIRE(next);
+  CHECK_FALSE((*next)->prior);
+}
+
 TEST_CASE("a session says why it localizes nothing") {
   using Level = io::ros::Diagnostic::Level;
   LiveParams params;
