@@ -127,12 +127,13 @@ class Node {
   }
 
   [[nodiscard]] std::deque<live::Received> take(std::chrono::nanoseconds longest) {
-    auto messages = inbox_.take(longest);
+    auto taken = inbox_.take(longest);
+    taken_until_ = taken.until;
     const auto dropped = inbox_.take_dropped();
     notices_.tell_dropped_scans(dropped.scans);
     notices_.tell("samples_dropped",
                   "samples come faster than they are read: the oldest is dropped", dropped.others);
-    return messages;
+    return std::move(taken.messages);
   }
 
   /// Shows observers a message that the session gets.
@@ -186,7 +187,7 @@ class Node {
     constexpr std::chrono::seconds kPeriod(1);
     const auto time = std::chrono::steady_clock::now();
     if (diagnosed_ && time - *diagnosed_ < kPeriod) return;
-    const auto idle = session.idle(now());
+    const auto idle = session.idle(taken_until_);
     if (!idle) return;
     diagnosed_ = time;
     const auto message =
@@ -313,6 +314,7 @@ class Node {
   std::map<Input, dds::Topic> topics_;
   std::map<Input, dds::Participant::Replier> repliers_;
   NetworkWatch network_;
+  std::int64_t taken_until_ = now();  // see Inbox::Taken
   std::optional<RegionId> shown_;
   std::optional<Tracking> told_;
   std::optional<std::chrono::steady_clock::time_point> diagnosed_;

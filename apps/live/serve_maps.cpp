@@ -33,7 +33,8 @@ Result<void> serve_maps(const live::LiveParams& params, const Bundle& bundle, do
       server.forget();  // who comes later gets the map from the new writer
       VANTAGE_CHECK(connect());
     }
-    for (const live::Received& received : inbox.take(std::chrono::milliseconds(50))) {
+    const auto taken = inbox.take(std::chrono::milliseconds(50));
+    for (const live::Received& received : taken.messages) {
       const auto map = server.take(received);
       if (!map) {
         notices.tell("maps_missing", map.error().message);

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "live/clock.hpp"
 #include "live/received.hpp"
 
 namespace vantage::live {
@@ -37,12 +38,18 @@ class Inbox {
     changed_.notify_one();
   }
 
-  /// All that came, in its order; waits until something does.
-  [[nodiscard]] std::deque<Received> take(std::chrono::nanoseconds longest) {
+  /// All that came, in its order, and until when it is all. What comes while it is worked through
+  /// waits here, and is not missing.
+  struct Taken {
+    std::deque<Received> messages;
+    std::int64_t until = 0;  ///< as Received::arrival [ns]
+  };
+  /// Waits until something comes.
+  [[nodiscard]] Taken take(std::chrono::nanoseconds longest) {
     std::unique_lock lock(mutex_);
     changed_.wait_for(lock, longest, [this] { return !messages_.empty(); });
     scans_ = others_ = 0;
-    return std::exchange(messages_, {});
+    return {.messages = std::exchange(messages_, {}), .until = now()};
   }
 
   struct Dropped {

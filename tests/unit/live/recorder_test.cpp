@@ -10,7 +10,6 @@
 
 #include "io/ros/message_reader.hpp"
 #include "io/ros/message_writers.hpp"
-#include "live/inbox.hpp"
 #include "live/kept_state.hpp"
 #include "support/process.hpp"
 #include "support/real_data.hpp"
@@ -138,24 +137,6 @@ TEST_CASE("a recording on a full disk ends with a summary") {
   CHECK(test::read_text(path).ends_with("MCAP0\r\n"));
   CHECK(std::filesystem::space(folder.path()).available > (2U << 20U));  // the room is freed
   CHECK(::umount(place.c_str()) == 0);
-}
-
-TEST_CASE("of scans that wait, the last one is kept; samples all") {
-  Inbox inbox;
-  for (int i = 0; i < 5; ++i) {
-    inbox.put({.input = Input::imu, .arrival = i, .message = {}});
-    inbox.put({.input = Input::points, .arrival = i, .message = {}});
-  }
-  const auto taken = inbox.take(std::chrono::seconds(0));
-  REQUIRE(taken.size() == 6);
-  CHECK(taken.back().input == Input::points);
-  CHECK(taken.back().arrival == 4);
-  CHECK(inbox.take_dropped().scans == 4);
-  CHECK(inbox.take_dropped().others == 0);
-  CHECK(inbox.take(std::chrono::seconds(0)).empty());
-  for (int i = 0; i < 20'010; ++i) inbox.put({.input = Input::imu, .arrival = i, .message = {}});
-  CHECK(inbox.take_dropped().others == 10);
-  CHECK(inbox.take(std::chrono::seconds(0)).front().arrival == 10);
 }
 
 TEST_CASE("a state is read as it was written; another file is refused") {
