@@ -145,12 +145,24 @@ class Node {
     }
   }
 
-  /// Answers a request, once its client is there to hear it.
+  /// Answers a request, once its client is there to hear it. Clients wait side by side: one that
+  /// went away delays the others by a second at most.
   void reply(live::Answer&& answer) {
-    worker_.run([this, answer = std::move(answer)] {
-      const auto sent = repliers_.at(answer.input).reply(answer.id, answer.message);
-      if (!sent) say(sent.error().message);
-    });
+    constexpr std::chrono::seconds kLongestWait(1);
+    constexpr std::size_t kMostWaiting = 100;
+    const auto until = std::chrono::steady_clock::now() + kLongestWait;
+    const std::size_t left_out = worker_.run_latest(
+        "answer",
+        [this, until, answer = std::move(answer)] {
+          const auto replier = repliers_.find(answer.input);
+          if (replier == repliers_.end()) return;  // its client went with the connection
+          const auto sent = replier->second.reply(answer.id, answer.message, until);
+          if (!sent) notices_.tell("answers_not_heard", sent.error().message);
+        },
+        kMostWaiting);
+    notices_.tell("answers_dropped",
+                  "requests come faster than their clients hear the answers: the oldest is dropped",
+                  left_out);
   }
 
   /// Publishes what was found, and tells of changes.

@@ -205,12 +205,12 @@ struct Participant::Replier::State final : WriterListener {
   std::set<Guid> clients;
 };
 
-Result<void> Participant::Replier::reply(const RequestId& id, std::string_view answer) {
-  constexpr std::chrono::milliseconds kLongestWait(1000);
+Result<void> Participant::Replier::reply(const RequestId& id, std::string_view answer,
+                                         std::chrono::steady_clock::time_point until) {
   {
     std::unique_lock lock(state_->mutex);
     const auto is_there = [&] { return state_->clients.contains(id.client); };
-    if (!state_->changed.wait_for(lock, kLongestWait, is_there)) {
+    if (!state_->changed.wait_until(lock, until, is_there)) {
       return fail(ErrorCode::io_failure,
                   fmt::format("the client of {} went away before its answer", state_->service));
     }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -95,10 +96,12 @@ class Participant {
   /// Answers the requests to a service. Ends with its participant.
   class Replier {
    public:
+    /// Waits until the client is there to hear it. Discovery may find a client after its request.
     /// @param answer  CDR with its header
-    /// Waits until the client is there to hear it, a second at most.
+    /// @param until   how long it is waited for
     /// Errors: `io_failure` if it is not there by then, or as for a Writer.
-    [[nodiscard]] Result<void> reply(const RequestId& id, std::string_view answer);
+    [[nodiscard]] Result<void> reply(const RequestId& id, std::string_view answer,
+                                     std::chrono::steady_clock::time_point until);
 
    private:
     friend class Participant;

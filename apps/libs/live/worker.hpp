@@ -2,10 +2,13 @@
 
 #include <algorithm>
 #include <condition_variable>
+#include <cstddef>
 #include <deque>
 #include <functional>
 #include <future>
+#include <limits>
 #include <mutex>
+#include <ranges>
 #include <string_view>
 #include <thread>
 #include <utility>
@@ -37,20 +40,30 @@ class Worker {
     done.get_future().wait();
   }
 
-  void run(std::function<void()> job) { run_latest({}, std::move(job)); }
-  /// In place of the job of this kind that waits, if there is one: at most one of a kind waits.
+  void run(std::function<void()> job) {
+    constexpr auto kAny = std::numeric_limits<std::size_t>::max();
+    static_cast<void>(run_latest({}, std::move(job), kAny));
+  }
+  /// At most so many jobs of a kind wait: the oldest of them is left out for this one, and those
+  /// between move up.
   /// @param kind  a literal
-  void run_latest(std::string_view kind, std::function<void()> job) {
+  /// @return      how many jobs are left out: 0 or 1
+  std::size_t run_latest(std::string_view kind, std::function<void()> job, std::size_t most = 1) {
+    std::size_t left_out = 0;
     {
       const std::scoped_lock lock(mutex_);
-      const auto same = kind.empty() ? jobs_.end() : std::ranges::find(jobs_, kind, &Job::kind);
-      if (same != jobs_.end()) {
-        same->run = std::move(job);
-        return;
+      const auto is_same = [&](const Job& one) { return one.kind == kind; };
+      if (static_cast<std::size_t>(std::ranges::count_if(jobs_, is_same)) < most) {
+        jobs_.push_back({kind, std::move(job)});
+      } else {
+        left_out = 1;
+        for (Job& one : jobs_ | std::views::reverse | std::views::filter(is_same)) {
+          std::swap(one.run, job);
+        }
       }
-      jobs_.push_back({kind, std::move(job)});
     }
     changed_.notify_one();
+    return left_out;
   }
 
  private:

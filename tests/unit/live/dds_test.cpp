@@ -140,7 +140,8 @@ TEST_CASE("clients of ROS 2 get the answers to their own requests") {
   for (std::size_t i = requests.size(); i-- > 0;) {
     const auto& [id, request] = requests[i];
     CHECK(replier->reply(
-        id, io::ros::write_string(std::string(request) + std::to_string(id.number)).value()));
+        id, io::ros::write_string(std::string(request) + std::to_string(id.number)).value(),
+        std::chrono::steady_clock::now() + std::chrono::seconds(20)));
   }
   const auto answer = [](const std::string& request, std::int64_t number) {
     return io::ros::write_string(request + std::to_string(number)).value();
@@ -151,7 +152,7 @@ TEST_CASE("clients of ROS 2 get the answers to their own requests") {
 
   RequestId gone = requests.front().first;
   gone.client[0] ^= 1U;
-  const auto lost = replier->reply(gone, yes);
+  const auto lost = replier->reply(gone, yes, std::chrono::steady_clock::now());
   REQUIRE_FALSE(lost);
   CHECK(lost.error().message == "the client of /a/trigger went away before its answer");
 }

@@ -24,6 +24,23 @@ TEST_CASE("of the jobs of a kind that wait for a slow disk, the latest is run") 
   CHECK(done == "fs12");
 }
 
+TEST_CASE("so many jobs of a kind wait at most, and the oldest is left out") {
+  std::promise<void> gone;
+  std::string done;
+  Worker worker;
+  worker.run([&, answered = gone.get_future().share()] { answered.wait(); });
+  std::size_t left_out = 0;
+  for (char answer = 'a'; answer < 'h'; ++answer) {
+    left_out += worker.run_latest(
+        "answer", [&done, answer] { done += answer; }, 3);
+    if (answer == 'b') worker.run([&] { done += '1'; });
+  }
+  CHECK(left_out == 4);
+  gone.set_value();
+  worker.stop();
+  CHECK(done == "ef1g");
+}
+
 TEST_CASE("a worker that has finished takes more jobs") {
   std::string done;
   Worker worker;
