@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <chrono>
 #include <csignal>
 #include <functional>
@@ -15,9 +14,11 @@
 #include <string>
 #include <vector>
 
-#include "connection.hpp"
 #include "dds/participant.hpp"
+#include "delays.hpp"
 #include "foxglove/viewer.hpp"
+#include "live/clock.hpp"
+#include "live/connection.hpp"
 #include "live/inbox.hpp"
 #include "live/kept_state.hpp"
 #include "live/live_params.hpp"
@@ -31,12 +32,15 @@
 #include "terminal/freed_memory.hpp"
 #include "terminal/option_values.hpp"
 #include "vantage/engine/bundle.hpp"
+#include "wiring.hpp"
 
 namespace vantage {
 namespace {
 
 using live::Input;
+using live::now;
 using live::Output;
+using live::time_of_day;
 
 struct Options {
   std::string config, initial_pose;
@@ -57,31 +61,6 @@ void catch_signals() {
   std::signal(SIGPIPE, SIG_IGN);
 }
 
-/// How long answers took, in steps of 0.1 ms.
-class Delays {
- public:
-  void add(double seconds) {
-    const double step = std::clamp(seconds * 1e4, 0.0, static_cast<double>(counts_.size() - 1));
-    ++counts_[static_cast<std::size_t>(step)];
-    ++count_;
-  }
-  /// [ms]
-  [[nodiscard]] double quantile(double share) const {
-    std::uint64_t below = 0;
-    for (std::size_t i = 0; i < counts_.size(); ++i) {
-      below += counts_[i];
-      if (static_cast<double>(below) >= share * static_cast<double>(count_)) {
-        return static_cast<double>(i + 1) * 0.1;
-      }
-    }
-    return 0.0;
-  }
-
- private:
-  std::array<std::uint64_t, 50'000> counts_{};
-  std::uint64_t count_ = 0;
-};
-
 /// What a session is connected to, and what it says.
 class Node {
  public:
@@ -91,7 +70,8 @@ class Node {
         notices_(notices),
         bundle_(std::move(bundle)),
         recorder_(std::move(recorder)),
-        publisher_(params) {
+        publisher_(params),
+        connection_([this] { return connect_dds(); }, [this] { disconnect_dds(); }, notices) {
     if (recorder_) observers_.push_back(recorder_.get());
   }
   Node(const Node&) = delete;
@@ -111,20 +91,11 @@ class Node {
     if (!params_.topics.map.empty() && !bundle_.has_points()) {
       say("note: the bundle holds prepared maps only, no points: no map is published");
     }
-    return connect_dds();
+    return connection_.open();
   }
 
-  /// Connects again once the first network is up. Errors: those of Participant.
-  [[nodiscard]] Result<void> follow_network() {
-    if (!network_.sees_first(*participant_)) return {};
-    worker_.finish();  // its jobs write to what goes
-    outputs_.clear();
-    repliers_.clear();
-    topics_.clear();
-    participant_.reset();
-    shown_.reset();  // who comes later gets the map from the new writer
-    return connect_dds();
-  }
+  /// Connects again once the first network is up.
+  void follow_network() { connection_.follow(std::chrono::steady_clock::now()); }
 
   [[nodiscard]] std::deque<live::Received> take(std::chrono::nanoseconds longest) {
     auto taken = inbox_.take(longest);
@@ -199,7 +170,7 @@ class Node {
     constexpr std::chrono::seconds kPeriod(1);
     const auto time = std::chrono::steady_clock::now();
     if (diagnosed_ && time - *diagnosed_ < kPeriod) return;
-    const auto idle = session.idle(taken_until_);
+    const auto idle = session.idle(taken_until_, obstacles());
     if (!idle) return;
     diagnosed_ = time;
     const auto message =
@@ -243,21 +214,37 @@ class Node {
 
  private:
   [[nodiscard]] Result<void> connect_dds() {
-    VANTAGE_TRY(participant_, open_participant(params_, notices_));
+    VANTAGE_TRY(participant_,
+                dds::Participant::open(live::participant_options(params_, params_.node, notices_)));
     for (const live::OutputTopic& output : live::output_topics(params_)) {
       if (output.output == Output::map && !bundle_.has_points()) continue;
       VANTAGE_TRY(auto writer, participant_->advertise(output.topic));
-      outputs_.emplace(output.output, Outgoing{output.topic, std::move(writer)});
+      outputs_.insert_or_assign(output.output, Outgoing{output.topic, std::move(writer)});
     }
     VANTAGE_TRY(topics_, subscribe(*participant_, params_, inbox_));
     VANTAGE_TRY(repliers_, serve(*participant_, params_.services, inbox_));
     return participant_->announce();
   }
 
+  /// Observers still see what is published.
+  void disconnect_dds() {
+    worker_.finish();  // its jobs write to what goes
+    for (auto& [output, one] : outputs_) one.writer.reset();
+    repliers_.clear();
+    participant_.reset();
+    shown_.reset();  // who comes later gets the map from the new writer
+  }
+
   struct Outgoing {
     dds::Topic topic;
-    dds::Participant::Writer writer;
+    std::optional<dds::Participant::Writer> writer;  // while it is connected
   };
+
+  /// Why messages do not come.
+  [[nodiscard]] std::vector<std::string> obstacles() const {
+    if (connection_.trouble()) return {*connection_.trouble()};
+    return participant_ ? live::obstacles_of(participant_->misfits()) : std::vector<std::string>();
+  }
 
   /// What went wrong so far, by kind.
   [[nodiscard]] std::map<std::string, std::uint64_t> counts() const {
@@ -271,7 +258,8 @@ class Node {
     if (found == outputs_.end()) return;
     for (live::Observer* const one : observers_)
       one->see(found->second.topic, time_of_day(), message);
-    if (const auto sent = found->second.writer.write(message); !sent) {
+    if (!found->second.writer) return;
+    if (const auto sent = found->second.writer->write(message); !sent) {
       notices_.tell("not_sent", sent.error().message);
     }
   }
@@ -325,7 +313,6 @@ class Node {
   std::map<Output, Outgoing> outputs_;
   std::map<Input, dds::Topic> topics_;
   std::map<Input, dds::Participant::Replier> repliers_;
-  NetworkWatch network_;
   std::int64_t taken_until_ = now();  // see Inbox::Taken
   std::optional<RegionId> shown_;
   std::optional<Tracking> told_;
@@ -336,8 +323,9 @@ class Node {
   std::optional<std::chrono::steady_clock::time_point> saved_;
   std::mutex state_mutex_;
   bool told_state_ = false;
-  std::unique_ptr<foxglove::Viewer> viewer_;     // before the worker, which shows it maps
-  live::Worker worker_;                          // after what its jobs use
+  std::unique_ptr<foxglove::Viewer> viewer_;  // before the worker, which shows it maps
+  live::Worker worker_;                       // after what its jobs use
+  live::Connection connection_;
   std::optional<dds::Participant> participant_;  // last: its threads use what is above
 };
 
@@ -384,7 +372,7 @@ Result<void> localize_until_told(live::Session& session, Node& node, const live:
     if (session.is_ready(now())) answer();
     for (live::Answer& one : session.take_answers(now())) node.reply(std::move(one));
     node.tell_idle(session);
-    VANTAGE_CHECK(node.follow_network());
+    node.follow_network();
   }
   return {};
 }
@@ -402,6 +390,10 @@ Result<void> run(const CLI::App& app, const Options& options) {
                                : std::numeric_limits<std::int64_t>::max();
   const auto is_over = [&] { return g_signal != 0 || now() >= end; };
   live::Notices notices([](const std::string& text) { say(text); });
+  if (const auto note = dds::Participant::note_on_buffers(
+          live::participant_options(params, params.node, notices))) {
+    say("note: " + *note);
+  }
   if (!params.topics.followed_pose.empty()) {
     VANTAGE_TRY(const Bundle bundle, Bundle::open(config, plugins, "serving maps"));
     return serve_maps(params, bundle, config.localizer.value_or(LocalizerParams{}).switch_margin,

@@ -4,9 +4,10 @@
 
 #include <chrono>
 
-#include "connection.hpp"
+#include "live/connection.hpp"
 #include "live/map_server.hpp"
 #include "live/publisher.hpp"
+#include "wiring.hpp"
 
 namespace vantage {
 
@@ -17,23 +18,26 @@ Result<void> serve_maps(const live::LiveParams& params, const Bundle& bundle, do
   live::Inbox inbox;
   std::optional<dds::Participant> participant;
   std::optional<dds::Participant::Writer> maps;
-  const auto connect = [&]() -> Result<void> {
+  const auto disconnect = [&] {
+    maps.reset();
     participant.reset();
-    VANTAGE_TRY(participant, open_participant(params, notices));
+    server.forget();  // who comes later gets the map from the new writer
+  };
+  const auto connect = [&]() -> Result<void> {
+    VANTAGE_TRY(participant,
+                dds::Participant::open(live::participant_options(params, params.node, notices)));
     VANTAGE_TRY(maps, participant->advertise(live::output_topics(params).front().topic));
     VANTAGE_CHECK(subscribe(*participant, params, inbox));
     return participant->announce();
   };
-  VANTAGE_CHECK(connect());
-  NetworkWatch network;
+  live::Connection connection(connect, disconnect, notices);
+  VANTAGE_CHECK(connection.open());
   say(fmt::format("ready in domain {}: maps for the poses of {}", params.domain,
                   params.topics.followed_pose));
   while (!is_over()) {
-    if (network.sees_first(*participant)) {
-      server.forget();  // who comes later gets the map from the new writer
-      VANTAGE_CHECK(connect());
-    }
+    connection.follow(std::chrono::steady_clock::now());
     const auto taken = inbox.take(std::chrono::milliseconds(50));
+    if (!participant) continue;
     for (const live::Received& received : taken.messages) {
       const auto map = server.take(received);
       if (!map) {

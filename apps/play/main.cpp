@@ -9,7 +9,9 @@
 
 #include "dds/participant.hpp"
 #include "io/ros/message_writers.hpp"
+#include "live/connection.hpp"
 #include "live/live_params.hpp"
+#include "live/notices.hpp"
 #include "live/received.hpp"
 #include "terminal/command_line.hpp"
 #include "terminal/counts.hpp"
@@ -37,30 +39,39 @@ constexpr double kForever = std::numeric_limits<double>::infinity();
 /// Publishes what live::Session reads.
 class Robot {
  public:
-  static Result<Robot> open(const live::LiveParams& params, bool now) {
-    Robot robot(params, now);
-    VANTAGE_TRY(robot.participant_,
-                dds::Participant::open(
-                    {.domain = params.domain, .node = "vantage_play", .release = params.release}));
-    for (live::InputTopic input : live::input_topics(params.topics)) {
+  /// @param notices  must outlive the robot
+  Robot(live::LiveParams params, bool now, live::Notices& notices)
+      : params_(std::move(params)),
+        now_(now),
+        T_base_sensor_(params_.frames.mount().value_or(Pose{})),
+        notices_(notices),
+        connection_([this] { return connect(); }, [this] { disconnect(); }, notices) {
+    for (live::InputTopic input : live::input_topics(params_.topics)) {
       if (input.input == Input::initial_pose || input.input == Input::prior) continue;
       if (input.input == Input::transforms) continue;
       input.topic.qos.reliable = true;  // who reads with best effort gets it, too
       input.topic.qos.depth = std::max(input.topic.qos.depth, 10U);
-      VANTAGE_TRY(auto writer, robot.participant_->advertise(input.topic));
-      robot.writers_.emplace(input.input, std::move(writer));
+      topics_.emplace(input.input, input.topic);
     }
-    VANTAGE_CHECK(robot.participant_->announce());
-    const io::ros::PoseMessage mount{.header = {.stamp = 0.0, .frame = params.frames.base},
-                                     .child = kSensorFrame,
-                                     .pose = robot.T_base_sensor_};
-    VANTAGE_TRY(const std::string message, io::ros::write_transforms(std::array{mount}));
-    VANTAGE_CHECK(robot.writers_.at(Input::static_transforms).write(message));
-    return robot;
   }
+  Robot(const Robot&) = delete;
+  Robot& operator=(const Robot&) = delete;
 
-  [[nodiscard]] bool is_heard() const { return writers_.at(Input::points).readers() > 0; }
-  [[nodiscard]] bool sends(Input input) const { return writers_.contains(input); }
+  /// Errors: those of Participant.
+  [[nodiscard]] Result<void> open() { return connection_.open(); }
+  /// Connects again once the first network is up. Call often.
+  void follow_network() { connection_.follow(std::chrono::steady_clock::now()); }
+
+  [[nodiscard]] bool is_heard() const {
+    const auto points = writers_.find(Input::points);
+    return points != writers_.end() && points->second.readers() > 0;
+  }
+  [[nodiscard]] bool sends(Input input) const { return topics_.contains(input); }
+  /// How many messages were sent.
+  [[nodiscard]] std::size_t sent(Input input) const {
+    const auto found = sent_.find(input);
+    return found == sent_.end() ? 0 : found->second;
+  }
 
   /// Begins at a stamp of the recording [s].
   void begin(double stamp, double speed) {
@@ -89,10 +100,24 @@ class Robot {
   }
 
  private:
-  Robot(live::LiveParams params, bool now)
-      : params_(std::move(params)),
-        now_(now),
-        T_base_sensor_(params_.frames.mount().value_or(Pose{})) {}
+  [[nodiscard]] Result<void> connect() {
+    VANTAGE_TRY(participant_, dds::Participant::open(
+                                  live::participant_options(params_, "vantage_play", notices_)));
+    for (const auto& [input, topic] : topics_) {
+      VANTAGE_TRY(auto writer, participant_->advertise(topic));
+      writers_.emplace(input, std::move(writer));
+    }
+    VANTAGE_CHECK(participant_->announce());
+    const io::ros::PoseMessage mount{.header = {.stamp = 0.0, .frame = params_.frames.base},
+                                     .child = kSensorFrame,
+                                     .pose = T_base_sensor_};
+    VANTAGE_TRY(const std::string message, io::ros::write_transforms(std::array{mount}));
+    return writers_.at(Input::static_transforms).write(message);
+  }
+  void disconnect() {
+    writers_.clear();
+    participant_.reset();
+  }
 
   /// From the beginning to a stamp.
   [[nodiscard]] std::chrono::nanoseconds after(double stamp) const {
@@ -109,25 +134,30 @@ class Robot {
   Result<void> send(Input input, double due, Result<std::string> message) {
     VANTAGE_TRY(const std::string bytes, std::move(message));
     std::this_thread::sleep_until(begin_ + after(due));
-    return writers_.at(input).write(bytes);
+    follow_network();
+    const auto writer = writers_.find(input);
+    if (writer == writers_.end()) return {};  // a robot drives on while it is not connected
+    VANTAGE_CHECK(writer->second.write(bytes));
+    ++sent_[input];
+    return {};
   }
 
   live::LiveParams params_;
   bool now_;
   Pose T_base_sensor_;
-  std::optional<dds::Participant> participant_;
+  live::Notices& notices_;
+  std::map<Input, std::size_t> sent_;
+  std::map<Input, dds::Topic> topics_;
   std::map<Input, dds::Participant::Writer> writers_;
+  live::Connection connection_;
+  std::optional<dds::Participant> participant_;
   double first_ = 0.0, speed_ = 1.0;
   std::chrono::steady_clock::time_point begin_;
   std::chrono::system_clock::time_point time_of_begin_;
 };
 
-struct Sent {
-  std::size_t scans = 0, imu = 0, odometry = 0;
-};
-
 /// Sends everything in the order in which a robot has it: a scan at the end of its sweep.
-Result<Sent> play(Robot& robot, RunInputs& inputs, double speed) {
+Result<void> play(Robot& robot, RunInputs& inputs, double speed) {
   VANTAGE_TRY(auto opened, inputs.opened ? inputs.opened->take() : io::open_scans(inputs.scans));
   const auto source = io::read_ahead(std::move(opened));
   VANTAGE_TRY(auto scan, source->next());
@@ -149,7 +179,6 @@ Result<Sent> play(Robot& robot, RunInputs& inputs, double speed) {
     return samples.empty() ? kForever : samples.front().stamp;
   };
   robot.begin(std::min({first, skip(imu), skip(odometry)}), speed);
-  Sent sent;
   while (scan && scan->stamp <= end) {
     const double sweep =
         scan->seconds.empty() ? 0.0 : static_cast<double>(std::ranges::max(scan->seconds));
@@ -161,21 +190,18 @@ Result<Sent> play(Robot& robot, RunInputs& inputs, double speed) {
       if (next_imu <= next_odometry) {
         VANTAGE_CHECK(robot.send(imu.front()));
         imu = imu.subspan(1);
-        ++sent.imu;
       } else {
         VANTAGE_CHECK(robot.send(odometry.front()));
         odometry = odometry.subspan(1);
-        ++sent.odometry;
       }
     }
     VANTAGE_CHECK(robot.send(*scan, due));
-    ++sent.scans;
     VANTAGE_TRY(scan, source->next());
   }
   // What follows the last sweep: its motion is known only then.
   if (!imu.empty()) VANTAGE_CHECK(robot.send(imu.front()));
   if (!odometry.empty()) VANTAGE_CHECK(robot.send(odometry.front()));
-  return sent;
+  return {};
 }
 
 Result<void> run(const Options& options) {
@@ -193,25 +219,31 @@ Result<void> run(const Options& options) {
                 SourceLocation{options.config, 0, 0});
   }
   VANTAGE_TRY(auto inputs, options.inputs.open());
-  VANTAGE_TRY(Robot robot, Robot::open(params, options.now));
+  live::Notices notices(
+      [](const std::string& text) { std::cerr << fmt::format("vantage play: {}\n", text); });
+  Robot robot(params, options.now, notices);
+  VANTAGE_CHECK(robot.open());
   if (!options.common.quiet && !robot.is_heard()) {
     std::cerr << fmt::format("vantage play: waits for somebody who reads {} in domain {}\n",
                              params.topics.points, params.domain);
   }
   using std::chrono::milliseconds;
-  while (!robot.is_heard()) std::this_thread::sleep_for(milliseconds(10));
+  while (!robot.is_heard()) {
+    std::this_thread::sleep_for(milliseconds(10));
+    robot.follow_network();
+  }
   std::this_thread::sleep_for(milliseconds(200));  // the other topics are found, too
-  VANTAGE_TRY(const Sent sent, play(robot, inputs, options.speed));
+  VANTAGE_CHECK(play(robot, inputs, options.speed));
   std::this_thread::sleep_for(milliseconds(200));  // what is on its way arrives
+  const std::size_t scans = robot.sent(Input::points), imu = robot.sent(Input::imu),
+                    odometry = robot.sent(Input::odometry);
   if (options.common.json) {
-    std::cout << fmt::format(R"({{"scans": {}, "imu": {}, "odometry": {}}})", sent.scans, sent.imu,
-                             sent.odometry)
+    std::cout << fmt::format(R"({{"scans": {}, "imu": {}, "odometry": {}}})", scans, imu, odometry)
               << '\n';
     return {};
   }
-  std::cout << fmt::format("{} sent, {} of an IMU, {} of odometry\n",
-                           cli::counted(sent.scans, "scan"), cli::counted(sent.imu, "sample"),
-                           cli::counted(sent.odometry, "sample"));
+  std::cout << fmt::format("{} sent, {} of an IMU, {} of odometry\n", cli::counted(scans, "scan"),
+                           cli::counted(imu, "sample"), cli::counted(odometry, "sample"));
   return {};
 }
 

@@ -139,6 +139,33 @@ TEST_CASE("a robot by Cyclone DDS gets poses, and a recording of it gives the sa
   }
 }
 
+/// A node that listens to a topic.
+class Listening {
+ public:
+  Listening(const World& world, const dds::Topic& topic)
+      : participant_(dds::Participant::open(
+            {.domain = static_cast<std::uint32_t>(std::stoul(world.domain()))})) {
+    REQUIRE(participant_);
+    REQUIRE(participant_->subscribe(topic, [this](std::string&& message) {
+      const std::scoped_lock lock(mutex_);
+      last_ = std::move(message);
+      changed_.notify_all();
+    }));
+  }
+  /// Whether the last message has a text within 20 s.
+  [[nodiscard]] bool hears(const std::string& text) {
+    std::unique_lock lock(mutex_);
+    return changed_.wait_for(lock, std::chrono::seconds(20),
+                             [&] { return last_.find(text) != std::string::npos; });
+  }
+
+ private:
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::string last_;
+  Result<dds::Participant> participant_;  // last: its threads use what is above
+};
+
 TEST_CASE("`vantage play` is a robot, too") {
   World world;
   test::Running live("vantage-live", {world.config(), "--record", world.path("run.mcap")});
@@ -170,6 +197,18 @@ TEST_CASE("`vantage play` refuses what no robot is") {
       refusal("followed_pose = \"/pose\"\n", {}).starts_with(config + ": error: 'followed_pose'"));
   CHECK(refusal("", {"--now", "--speed", "2"}).find("--now takes no other --speed than 1") !=
         std::string::npos);
+}
+
+TEST_CASE("`vantage play` says whose endpoints do not fit") {
+  World world;
+  const Listening late(world, {.name = "/points",
+                               .type = "sensor_msgs/PointCloud2",
+                               .qos = {.reliable = true, .transient_local = true}});
+  const Listening other(world, {.name = "/imu", .type = "std_msgs/String"});
+  const test::Running robot("vantage-play", {world.config(), "--scans", world.path("world/scans"),
+                                             "--imu", world.path("world/imu.csv")});
+  CHECK(robot.says("a subscriber of /points requests incompatible QoS (DURABILITY): no message"));
+  CHECK(robot.says("a subscriber of /imu expects std_msgs/String, and sensor_msgs/Imu is sent"));
 }
 
 TEST_CASE("Autoware's pose initializer has the vehicle found, and switches the localizer on") {
@@ -221,33 +260,6 @@ TEST_CASE("Autoware's pose initializer has the vehicle found, and switches the l
   CHECK(live.wait().exit_code == 0);
 }
 
-/// A node that listens to a topic.
-class Listening {
- public:
-  Listening(const World& world, const dds::Topic& topic)
-      : participant_(dds::Participant::open(
-            {.domain = static_cast<std::uint32_t>(std::stoul(world.domain()))})) {
-    REQUIRE(participant_);
-    REQUIRE(participant_->subscribe(topic, [this](std::string&& message) {
-      const std::scoped_lock lock(mutex_);
-      last_ = std::move(message);
-      changed_.notify_all();
-    }));
-  }
-  /// Whether the last message has a text within 20 s.
-  [[nodiscard]] bool hears(const std::string& text) {
-    std::unique_lock lock(mutex_);
-    return changed_.wait_for(lock, std::chrono::seconds(20),
-                             [&] { return last_.find(text) != std::string::npos; });
-  }
-
- private:
-  std::mutex mutex_;
-  std::condition_variable changed_;
-  std::string last_;
-  Result<dds::Participant> participant_;  // last: its threads use what is above
-};
-
 /// A text of a message, with its end.
 std::string whole(const std::string& text) { return text + '\0'; }
 
@@ -262,7 +274,21 @@ TEST_CASE("diagnostics say why nothing is localized") {
   CHECK(live.says("a subscriber of /tf requests incompatible QoS (DURABILITY): no message"));
   CHECK(diagnostics.hears(whole("incompatible_qos /tf DURABILITY")));
   const std::string waits = "waits for a pose on /initialpose";
-  CHECK(diagnostics.hears(whole(waits + "; no scan has come on /points yet")));
+  const std::string silent = waits + "; no scan has come on /points yet";
+  CHECK(diagnostics.hears(whole(silent)));
+  {
+    auto other = dds::Participant::open(
+        {.domain = static_cast<std::uint32_t>(std::stoul(world.domain())), .node = "other"});
+    REQUIRE(other);
+    REQUIRE(other->advertise({.name = "/points", .type = "std_msgs/String"}));
+    const std::string why =
+        "a publisher of /points sends std_msgs/String, expected sensor_msgs/PointCloud2: none of "
+        "its messages is received";
+    CHECK(live.says(why));
+    CHECK(diagnostics.hears(whole(silent + "; " + why)));
+    CHECK(diagnostics.hears(whole("other_type /points")));
+  }
+  CHECK(diagnostics.hears(whole(silent)));
   const test::Running robot("vantage-play", {world.config(), "--scans", world.path("world/scans"),
                                              "--imu", world.path("world/imu.csv"), "--odometry",
                                              world.path("world/odometry.tum")});

@@ -6,6 +6,7 @@
 #include <cstring>
 #include <fastdds/dds/domain/DomainParticipant.hpp>
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
+#include <fastdds/dds/domain/DomainParticipantListener.hpp>
 #include <fastdds/dds/publisher/DataWriter.hpp>
 #include <fastdds/dds/publisher/DataWriterListener.hpp>
 #include <fastdds/dds/publisher/Publisher.hpp>
@@ -114,6 +115,54 @@ class RawType final : public fast::TopicDataType {
                                             payload.length);
     return true;
   }
+};
+
+/// An endpoint that discovery found, or lost.
+struct Discovered {
+  rtps::GUID_t guid;
+  const char *topic, *type;  ///< on the wire
+  bool is_writer;
+  bool is_gone;
+};
+
+/// Hears of the endpoints of all nodes.
+class DiscoveryListener final : public fast::DomainParticipantListener {
+ public:
+  using Sink = std::function<void(const fast::DomainParticipant& own, const Discovered& found)>;
+  explicit DiscoveryListener(Sink sink) : sink_(std::move(sink)) {}
+
+#ifdef VANTAGE_FAST_DDS_3
+  void on_data_reader_discovery(fast::DomainParticipant* own, rtps::ReaderDiscoveryStatus reason,
+                                const fast::SubscriptionBuiltinTopicData& info, bool&) override {
+    tell(*own, info, false, reason == rtps::ReaderDiscoveryStatus::REMOVED_READER);
+  }
+  void on_data_writer_discovery(fast::DomainParticipant* own, rtps::WriterDiscoveryStatus reason,
+                                const fast::PublicationBuiltinTopicData& info, bool&) override {
+    tell(*own, info, true, reason == rtps::WriterDiscoveryStatus::REMOVED_WRITER);
+  }
+#else
+  void on_subscriber_discovery(fast::DomainParticipant* own,
+                               rtps::ReaderDiscoveryInfo&& found) override {
+    tell(*own, found.info, false, found.status == rtps::ReaderDiscoveryInfo::REMOVED_READER);
+  }
+  void on_publisher_discovery(fast::DomainParticipant* own,
+                              rtps::WriterDiscoveryInfo&& found) override {
+    tell(*own, found.info, true, found.status == rtps::WriterDiscoveryInfo::REMOVED_WRITER);
+  }
+#endif
+
+ private:
+  template <class Info>
+  void tell(const fast::DomainParticipant& own, const Info& info, bool is_writer, bool is_gone) {
+#ifdef VANTAGE_FAST_DDS_3
+    sink_(own, {info.guid, info.topic_name.c_str(), info.type_name.c_str(), is_writer, is_gone});
+#else
+    sink_(own,
+          {info.guid(), info.topicName().c_str(), info.typeName().c_str(), is_writer, is_gone});
+#endif
+  }
+
+  Sink sink_;
 };
 
 inline bool is_ok(bool taken) { return taken; }

@@ -1,16 +1,11 @@
 #include "dds/participant.hpp"
 
-#include <arpa/inet.h>
 #include <fmt/format.h>
-#include <ifaddrs.h>
-#include <net/if.h>
 
 #include <algorithm>
-#include <array>
 #include <chrono>
 #include <condition_variable>
 #include <fstream>
-#include <iterator>
 #include <memory>
 #include <mutex>
 #include <set>
@@ -18,7 +13,10 @@
 #include <utility>
 #include <vector>
 
+#include "dds/endpoints.hpp"
 #include "dds/fast_dds.hpp"
+#include "dds/listeners.hpp"
+#include "dds/names.hpp"
 #include "dds/type_hash.hpp"
 #include "io/ros/cdr_writer.hpp"
 #include "io/ros/schemas.hpp"
@@ -28,17 +26,6 @@ namespace {
 
 constexpr std::string_view kDiscoveryTopic = "ros_discovery_info";
 constexpr std::string_view kDiscoveryType = "rmw_dds_common/ParticipantEntitiesInfo";
-
-/// "sensor_msgs::msg::dds_::PointCloud2_" for "sensor_msgs/PointCloud2".
-std::string name_of_type(std::string_view type, std::string_view kind = "msg",
-                         std::string_view part = "") {
-  const std::size_t slash = std::min(type.find('/'), type.size());
-  return fmt::format("{}::{}::dds_::{}{}_", type.substr(0, slash), kind,
-                     type.substr(std::min(slash + 1, type.size())), part);
-}
-
-/// "rt/points" for "/points".
-std::string name_of_topic(std::string_view topic) { return fmt::format("rt{}", topic); }
 
 template <class Guid>
 std::string bytes_of(const Guid& guid, std::size_t size) {
@@ -52,71 +39,13 @@ tl::unexpected<Error> failed(std::string what) {
   return fail(ErrorCode::io_failure, std::move(what) + "; Fast DDS says more on standard error");
 }
 
-/// As ROS 2 names a policy of QoS.
-std::string name_of(fast::QosPolicyId_t policy) {
-  switch (policy) {
-    case fast::DURABILITY_QOS_POLICY_ID: return "DURABILITY";
-    case fast::DEADLINE_QOS_POLICY_ID: return "DEADLINE";
-    case fast::LIVELINESS_QOS_POLICY_ID: return "LIVELINESS";
-    case fast::RELIABILITY_QOS_POLICY_ID: return "RELIABILITY";
-    default: return fmt::format("policy {} of DDS", static_cast<int>(policy));
-  }
-}
-
-/// Takes the policy by which another endpoint does not fit.
-using PolicySink = std::function<void(fast::QosPolicyId_t policy)>;
-
-class Listener final : public fast::DataReaderListener {
- public:
-  using Sink = std::function<void(const fast::SampleInfo& info, std::string&& message)>;
-  Listener(Sink sink, PolicySink incompatible)
-      : sink_(std::move(sink)), incompatible_(std::move(incompatible)) {}
-
-  void on_requested_incompatible_qos(fast::DataReader*,
-                                     const fast::RequestedIncompatibleQosStatus& status) override {
-    incompatible_(status.last_policy_id);
-  }
-
-  void on_data_available(fast::DataReader* reader) override {
-    std::string message;
-    fast::SampleInfo info;
-    while (is_ok(reader->take_next_sample(&message, &info))) {
-      const rtps::GUID_t& writer = info.sample_identity.writer_guid();
-      if (!info.valid_data || writer.guidPrefix == reader->guid().guidPrefix) continue;
-      sink_(info, std::exchange(message, {}));
-    }
-  }
-
- private:
-  Sink sink_;
-  PolicySink incompatible_;
-};
-
-/// The interfaces that run, with their addresses: "eth0 10.0.0.2". Without the loopback, which
-/// leads to nobody else.
-std::set<std::string> running_interfaces() {
-  std::set<std::string> found;
-  ifaddrs* first = nullptr;
-  if (getifaddrs(&first) != 0) return found;
-  const std::unique_ptr<ifaddrs, decltype(&freeifaddrs)> all(first, &freeifaddrs);
-  for (const ifaddrs* one = all.get(); one != nullptr; one = one->ifa_next) {
-    if (one->ifa_addr == nullptr || one->ifa_addr->sa_family != AF_INET) continue;
-    if ((one->ifa_flags & IFF_RUNNING) == 0 || (one->ifa_flags & IFF_LOOPBACK) != 0) continue;
-    std::array<char, INET_ADDRSTRLEN> text{};
-    const auto* const address = reinterpret_cast<const sockaddr_in*>(one->ifa_addr);
-    if (inet_ntop(AF_INET, &address->sin_addr, text.data(), text.size()) == nullptr) continue;
-    found.insert(fmt::format("{} {}", one->ifa_name, text.data()));
-  }
-  return found;
-}
-
 /// The client is named by what is related to a request, or by the writer of it.
 RequestId request_id(const fast::SampleInfo& info) {
   const rtps::GUID_t& related = info.related_sample_identity.writer_guid();
   const rtps::GUID_t& client =
       related == rtps::GUID_t::unknown() ? info.sample_identity.writer_guid() : related;
   RequestId id;
-  std::ranges::copy(bytes_of(client, id.client.size()), id.client.begin());
+  id.client = guid_of(client);
   const rtps::SequenceNumber_t& number = info.sample_identity.sequence_number();
   id.number = (static_cast<std::int64_t>(number.high) << 32U) | number.low;
   return id;
@@ -148,19 +77,6 @@ void apply(const Qos& qos, DdsQos& to) {
 
 }  // namespace
 
-class WriterListener : public fast::DataWriterListener {
- public:
-  explicit WriterListener(PolicySink incompatible) : incompatible_(std::move(incompatible)) {}
-
-  void on_offered_incompatible_qos(fast::DataWriter*,
-                                   const fast::OfferedIncompatibleQosStatus& status) override {
-    incompatible_(status.last_policy_id);
-  }
-
- private:
-  PolicySink incompatible_;
-};
-
 struct Participant::Writer::State {
   fast::DataWriter* writer = nullptr;  // DDS owns it
   std::string topic;
@@ -183,13 +99,11 @@ struct Participant::Replier::State final : WriterListener {
   using Guid = decltype(RequestId::client);
   using WriterListener::WriterListener;
 
-  void on_publication_matched(fast::DataWriter*,
+  void on_publication_matched(fast::DataWriter* own,
                               const fast::PublicationMatchedStatus& status) override {
+    WriterListener::on_publication_matched(own, status);
     const std::scoped_lock lock(mutex);
-    Guid client{};
-    for (std::size_t i = 0; i < client.size(); ++i) {
-      client[i] = status.last_subscription_handle.value[i];
-    }
+    const Guid client = guid_of(status.last_subscription_handle);
     if (status.current_count_change > 0) {
       clients.insert(client);
     } else {
@@ -220,7 +134,8 @@ Result<void> Participant::Replier::reply(const RequestId& id, std::string_view a
 }
 
 struct Participant::State {
-  explicit State(const ParticipantOptions& the_options) : options(the_options) {}
+  explicit State(const ParticipantOptions& the_options)
+      : options(the_options), endpoints(the_options.misfit) {}
   State(const State&) = delete;
   State& operator=(const State&) = delete;
   ~State() {
@@ -241,11 +156,20 @@ struct Participant::State {
     std::shared_ptr<WriterListener> listener;
   };
 
-  /// @param topic  as this node names it
-  [[nodiscard]] PolicySink incompatible(const std::string& topic, bool is_read) const {
-    return [sink = options.incompatible, topic, is_read](fast::QosPolicyId_t policy) {
-      if (sink) sink({.topic = topic, .is_read = is_read, .policy = name_of(policy)});
-    };
+  /// What this node finds on a topic of its own.
+  /// @param name   on the wire
+  /// @param shown  as this node names it
+  [[nodiscard]] Meeting meeting(const std::string& name, const std::string& shown,
+                                const std::string& dds_type, bool is_read) {
+    const Endpoints::Own own{name, is_read};
+    endpoints.add(own, shown, dds_type);
+    return {endpoints, own};
+  }
+
+  void discover(const fast::DomainParticipant& own, const Discovered& found) {
+    if (found.guid.guidPrefix == own.guid().guidPrefix) return;
+    if (found.is_gone) return endpoints.lose(guid_of(found.guid));
+    endpoints.find(guid_of(found.guid), found.topic, found.type, found.is_writer);
   }
 
   /// @param dds_type  see name_of_type
@@ -299,14 +223,15 @@ struct Participant::State {
 
   [[nodiscard]] Result<void> make_reader(const std::string& name, const std::string& dds_type,
                                          const Qos& how, const io::ros::MessageSchema& schema,
-                                         const std::string& shown_name, Listener::Sink sink) {
+                                         const std::string& shown_name, ReaderListener::Sink sink) {
     VANTAGE_TRY(fast::Topic* const topic, topic_of(name, dds_type));
     fast::DataReaderQos qos = fast::DATAREADER_QOS_DEFAULT;
     apply(how, qos);
     VANTAGE_TRY(const auto data, user_data(schema));
     qos.user_data().data_vec(data);
     qos.endpoint().history_memory_policy = rtps::DYNAMIC_REUSABLE_MEMORY_MODE;
-    auto listener = std::make_unique<Listener>(std::move(sink), incompatible(shown_name, true));
+    auto listener = std::make_unique<ReaderListener>(std::move(sink),
+                                                     meeting(name, shown_name, dds_type, true));
     auto* const reader = subscriber->create_datareader(topic, qos, listener.get());
     if (reader == nullptr) return failed("a reader of " + name + " could not be made");
     readers.push_back({shown_name, reader, std::move(listener)});
@@ -314,34 +239,16 @@ struct Participant::State {
   }
 
   ParticipantOptions options;
+  Endpoints endpoints;
+  DiscoveryListener discovery_listener{[this](const fast::DomainParticipant& own,
+                                              const Discovered& found) { discover(own, found); }};
   fast::DomainParticipant* participant = nullptr;
   fast::Publisher* publisher = nullptr;
   fast::Subscriber* subscriber = nullptr;
   std::vector<Reader> readers;
   std::vector<Writing> writers;
   std::optional<Writer> discovery;
-  std::set<std::string> interfaces = running_interfaces();  // before the participant
 };
-
-namespace {
-
-Result<void> check_name(std::string_view name) {
-  const auto allowed = [](char c) {
-    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
-           c == '/';
-  };
-  if (name.size() > 1 && name.front() == '/' && name.back() != '/' &&
-      name.find("//") == std::string_view::npos && std::ranges::all_of(name, allowed)) {
-    return {};
-  }
-  return fail(
-      ErrorCode::invalid_input,
-      fmt::format("'{}' is not the name of a topic or service: expected one like /points, of "
-                  "letters, digits, '_' and '/'",
-                  name));
-}
-
-}  // namespace
 
 Participant::Participant(std::unique_ptr<State> state) : state_(std::move(state)) {}
 Participant::Participant(Participant&&) noexcept = default;
@@ -361,8 +268,8 @@ Result<Participant> Participant::open(const ParticipantOptions& options) {
   const auto memory = std::make_shared<transports::SharedMemTransportDescriptor>();
   memory->segment_size(options.shared_memory);
   qos.transport().user_transports = {memory, udp};
-  state->participant =
-      fast::DomainParticipantFactory::get_instance()->create_participant(options.domain, qos);
+  state->participant = fast::DomainParticipantFactory::get_instance()->create_participant(
+      options.domain, qos, &state->discovery_listener, fast::StatusMask::none());
   if (state->participant == nullptr) {
     return failed(fmt::format("DDS could not be started in domain {}", options.domain));
   }
@@ -386,9 +293,10 @@ Result<void> Participant::subscribe(const Topic& topic, MessageSink sink) {
 
 Result<Participant::Writer> Participant::advertise(const Topic& topic) {
   VANTAGE_CHECK(check_name(topic.name));
-  auto listener = std::make_unique<WriterListener>(state_->incompatible(topic.name, false));
-  VANTAGE_TRY(fast::DataWriter* const writer,
-              state_->make_writer(name_of_topic(topic.name), topic, listener.get()));
+  const std::string name = name_of_topic(topic.name);
+  auto listener = std::make_unique<WriterListener>(
+      state_->meeting(name, topic.name, name_of_type(topic.type), false));
+  VANTAGE_TRY(fast::DataWriter* const writer, state_->make_writer(name, topic, listener.get()));
   state_->writers.push_back({writer, std::move(listener)});
   return Writer(std::make_shared<Writer::State>(Writer::State{writer, topic.name}));
 }
@@ -397,11 +305,13 @@ Result<Participant::Replier> Participant::serve(const Service& service, RequestS
   VANTAGE_CHECK(check_name(service.name));
   VANTAGE_TRY(const auto schema, io::ros::service_schema_of(service.type));
   constexpr Qos kQos{.reliable = true, .transient_local = false, .depth = 10};
-  const auto replier = std::make_shared<Replier::State>(state_->incompatible(service.name, false));
+  const std::string answers = fmt::format("rr{}Reply", service.name);
+  const std::string answer_type = name_of_type(service.type, "srv", "_Response");
+  const auto replier =
+      std::make_shared<Replier::State>(state_->meeting(answers, service.name, answer_type, false));
   replier->service = service.name;
-  VANTAGE_TRY(replier->writer, state_->make_writer(fmt::format("rr{}Reply", service.name),
-                                                   name_of_type(service.type, "srv", "_Response"),
-                                                   kQos, schema, replier.get()));
+  VANTAGE_TRY(replier->writer,
+              state_->make_writer(answers, answer_type, kQos, schema, replier.get()));
   state_->writers.push_back({replier->writer, replier});
   VANTAGE_CHECK(state_->make_reader(
       fmt::format("rq{}Request", service.name), name_of_type(service.type, "srv", "_Request"), kQos,
@@ -445,15 +355,7 @@ std::size_t Participant::writers_of(std::string_view topic) const {
   return 0;
 }
 
-/// Fast DDS looks for interfaces when a participant is made. It can be told to look again, but the
-/// addresses that its endpoints tell others stay those of the beginning.
-std::vector<std::string> Participant::new_networks() const {
-  std::vector<std::string> found;
-  std::ranges::set_difference(running_interfaces(), state_->interfaces, std::back_inserter(found));
-  return found;
-}
-
-bool Participant::is_alone() const noexcept { return state_->interfaces.empty(); }
+std::vector<Misfit> Participant::misfits() const { return state_->endpoints.misfits(); }
 
 std::optional<std::string> Participant::note_on_buffers(const ParticipantOptions& options) {
   std::ifstream file("/proc/sys/net/core/rmem_max");

@@ -11,6 +11,7 @@
 #include <string_view>
 #include <vector>
 
+#include "dds/endpoints.hpp"
 #include "vantage/result.hpp"
 
 namespace vantage::dds {
@@ -35,23 +36,13 @@ enum class Release : std::uint8_t {
   iron_or_later  ///< Gid of 16 bytes, hashes of types
 };
 
-/// Another node's endpoint that does not fit one of this node, so that no message passes.
-struct IncompatibleQos {
-  std::string topic;   ///< or service, as this node names it
-  bool is_read;        ///< by this node
-  std::string policy;  ///< "RELIABILITY", as ROS 2 names it
-};
-
-/// Called from threads of DDS.
-using IncompatibleQosSink = std::function<void(const IncompatibleQos& found)>;
-
 struct ParticipantOptions {
   std::uint32_t domain = 0;      ///< ROS_DOMAIN_ID
   std::string node = "vantage";  ///< as `ros2 node list` shows it
   Release release = Release::iron_or_later;
   std::uint32_t receive_buffer = 8U << 20U;  ///< of sockets [bytes]
   std::uint32_t shared_memory = 32U << 20U;  ///< for readers on the same machine [bytes]
-  IncompatibleQosSink incompatible = {};     ///< nothing is told without it
+  MisfitSink misfit = {};                    ///< nothing is told without it
 };
 
 /// Takes a message of a topic: CDR with its header. Called from threads of DDS, for one message of
@@ -76,6 +67,9 @@ using RequestSink = std::function<void(const RequestId& id, std::string&& reques
 
 /// One node of ROS 2 as others see it: its topics, and that it exists. It speaks DDS through Fast
 /// DDS; no ROS is needed. Messages pass as they are encoded (see io/ros/message_writers.hpp).
+/// It is in the networks that are up when it is made (see `networks`), and on this computer. Fast
+/// DDS can be told to look for networks again, but the addresses that its endpoints tell others
+/// stay those of the beginning.
 class Participant {
  public:
   /// A topic that is written to. Ends with its participant.
@@ -131,11 +125,8 @@ class Participant {
   [[nodiscard]] Result<void> announce();
   /// The writers that were found for a topic that is read. 0 for one that is not.
   [[nodiscard]] std::size_t writers_of(std::string_view topic) const;
-  /// The interfaces of networks that came up since this participant was made: "eth0 10.0.0.2". It
-  /// does not reach them, nor they it; a participant that is made now does.
-  [[nodiscard]] std::vector<std::string> new_networks() const;
-  /// Whether it was made without any network: it reaches nodes on this computer only.
-  [[nodiscard]] bool is_alone() const noexcept;
+  /// Endpoints of other nodes that are there now and do not fit.
+  [[nodiscard]] std::vector<Misfit> misfits() const;
   /// What the kernel makes of ParticipantOptions::receive_buffer: a sentence with the command that
   /// raises its limit, or nothing if the limit is high enough.
   [[nodiscard]] static std::optional<std::string> note_on_buffers(

@@ -127,7 +127,8 @@ Result<Pose> Session::mount(const std::string& frame) const {
                         : found.error().message));
 }
 
-std::optional<Idle> Session::idle(std::int64_t now) const {
+std::optional<Idle> Session::idle(std::int64_t until,
+                                  const std::vector<std::string>& obstacles) const {
   using Level = io::ros::Diagnostic::Level;
   std::optional<Idle> idle;
   const auto add = [&](Level level, const std::string& why) {
@@ -144,9 +145,11 @@ std::optional<Idle> Session::idle(std::int64_t now) const {
   if (left_out_) add(Level::error, *left_out_);
   if (!scan_came_) {
     add(Level::stale, fmt::format("no scan has come on {} yet", topics.points));
-  } else if (const double silent = seconds_between(*scan_came_, now); silent > kNoScan) {
+  } else if (const double silent = seconds_between(*scan_came_, until); silent > kNoScan) {
     add(Level::stale, fmt::format("no scan has come on {} for {:.0f} s", topics.points, silent));
   }
+  if (!idle) return idle;
+  for (const std::string& one : obstacles) add(idle->level, one);
   return idle;
 }
 

@@ -80,8 +80,10 @@ class Session {
 
   /// All reasons for which no scan is localized, and the level of the worst. Nothing if the last
   /// scan was localized and came a moment ago.
-  /// @param now  as Received::arrival [ns]
-  [[nodiscard]] std::optional<Idle> idle(std::int64_t now) const;
+  /// @param until      all that came by then was taken in; as Received::arrival [ns]
+  /// @param obstacles  why messages do not come, known to what brings them
+  [[nodiscard]] std::optional<Idle> idle(std::int64_t until,
+                                         const std::vector<std::string>& obstacles = {}) const;
 
   /// Answers to requests, since the last call.
   /// @param now  as Received::arrival [ns]

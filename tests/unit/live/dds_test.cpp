@@ -8,6 +8,7 @@
 #include <mutex>
 #include <set>
 #include <string>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -76,19 +77,18 @@ TEST_CASE("messages pass between participants as they are") {
   CHECK(writer->readers() == 1);
   CHECK(to->writers_of("/text") == 1);
   CHECK(to->writers_of("/other") == 0);
-  CHECK(to->new_networks().empty());
 }
 
-TEST_CASE("endpoints whose quality of service does not fit are told on both sides") {
+TEST_CASE("endpoints whose quality of service or type does not fit are told on both sides") {
   std::mutex mutex;
   std::condition_variable changed;
   std::set<std::string> told;
   const auto options = [&](const std::string& who) {
     ParticipantOptions own = options_of_test();
-    own.incompatible = [&, who](const IncompatibleQos& found) {
+    own.misfit = [&, who](const Misfit& found) {
       const std::scoped_lock lock(mutex);
       told.insert(who + (found.is_read ? " reads " : " writes ") + found.topic + ": " +
-                  found.policy);
+                  (found.policy.empty() ? found.other_type : found.policy));
       changed.notify_all();
     };
     return own;
@@ -104,11 +104,30 @@ TEST_CASE("endpoints whose quality of service does not fit are told on both side
   connect("/fits", {.reliable = true, .transient_local = true}, {.reliable = false});
   connect("/lossy", {.reliable = false}, {.reliable = true});
   connect("/late", {.transient_local = false}, {.transient_local = true});
-  std::unique_lock lock(mutex);
-  changed.wait_for(lock, std::chrono::seconds(20), [&] { return told.size() >= 4; });
-  CHECK(told ==
-        std::set<std::string>{"from writes /lossy: RELIABILITY", "to reads /lossy: RELIABILITY",
-                              "from writes /late: DURABILITY", "to reads /late: DURABILITY"});
+  connect("/both", {.reliable = false}, {.reliable = true, .transient_local = true});
+  CHECK(from->advertise({.name = "/type", .type = "std_msgs/String"}));
+  CHECK(to->subscribe({.name = "/type", .type = "sensor_msgs/Imu"}, [](std::string&&) {}));
+  std::set<std::string> expected;
+  for (const char* one :
+       {"/lossy: RELIABILITY", "/late: DURABILITY", "/both: RELIABILITY", "/both: DURABILITY"}) {
+    expected.insert(std::string("from writes ") + one);
+    expected.insert(std::string("to reads ") + one);
+  }
+  expected.insert("from writes /type: sensor_msgs/Imu");
+  expected.insert("to reads /type: std_msgs/String");
+  {
+    std::unique_lock lock(mutex);
+    changed.wait_for(lock, std::chrono::seconds(20),
+                     [&] { return told.size() >= expected.size(); });
+    CHECK(told == expected);
+  }
+  CHECK(to->misfits().size() == 5);
+  from = fail(ErrorCode::io_failure, "ends");
+  const auto last = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+  while (!to->misfits().empty() && std::chrono::steady_clock::now() < last) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  CHECK(to->misfits().empty());
 }
 
 TEST_CASE("clients of ROS 2 get the answers to their own requests") {

@@ -243,6 +243,8 @@ TEST_CASE("a session says why it localizes nothing") {
   };
   const auto check_busy = [&](double time) { CHECK_FALSE(robot.session.idle(ns(time))); };
   check(kStart, Level::stale, "waits for a pose on /initialpose; no scan has come on /points yet");
+  CHECK(robot.session.idle(ns(kStart), {"a publisher sleeps"})->message ==
+        "waits for a pose on /initialpose; no scan has come on /points yet; a publisher sleeps");
   robot.scan(kStart);
   CHECK_FALSE(robot.localize());
   check(kStart + 1.0, Level::error,
@@ -264,6 +266,7 @@ TEST_CASE("a session says why it localizes nothing") {
   robot.scan(kStart + 7.1, "base_link");
   CHECK(robot.localize());
   check_busy(kStart + 7.1);
+  CHECK_FALSE(robot.session.idle(ns(kStart + 7.1), {"a publisher sleeps"}));
 }
 
 TEST_CASE("a prior is the pose between two of its source") {

@@ -1,0 +1,123 @@
+#include "dds/endpoints.hpp"
+
+#include <algorithm>
+
+#include "dds/names.hpp"
+
+namespace vantage::dds {
+
+Misfit Endpoints::other_type(const Own& own, const Mine& mine, const Other& other) {
+  return {.topic = mine.shown,
+          .is_read = own.second,
+          .policy = {},
+          .own_type = type_of_name(mine.type),
+          .other_type = type_of_name(other.type)};
+}
+
+void Endpoints::tell(const std::vector<Misfit>& found) const {
+  if (!sink_) return;
+  for (const Misfit& one : found) sink_(one);
+}
+
+void Endpoints::add(const Own& own, const std::string& shown, const std::string& type) {
+  std::vector<Misfit> found;
+  {
+    const std::scoped_lock lock(mutex_);
+    const Mine& mine = mine_.emplace(own, Mine{shown, type, {}, {}}).first->second;
+    for (const auto& [guid, other] : others_) {
+      if (Own{other.topic, other.is_writer} != own || other.type == mine.type) continue;
+      found.push_back(other_type(own, mine, other));
+    }
+  }
+  tell(found);
+}
+
+void Endpoints::find(const Guid& guid, const std::string& topic, const std::string& type,
+                     bool is_writer) {
+  std::vector<Misfit> found;
+  {
+    const std::scoped_lock lock(mutex_);
+    const auto [other, is_new] = others_.emplace(guid, Other{topic, type, is_writer});
+    const auto mine = mine_.find({topic, is_writer});
+    if (is_new && mine != mine_.end() && mine->second.type != type) {
+      found.push_back(other_type(mine->first, mine->second, other->second));
+    }
+  }
+  tell(found);
+}
+
+void Endpoints::lose(const Guid& guid) {
+  const std::scoped_lock lock(mutex_);
+  const auto other = others_.find(guid);
+  if (other == others_.end()) return;
+  const auto mine = mine_.find({other->second.topic, other->second.is_writer});
+  others_.erase(other);
+  matched_.erase(guid);
+  if (mine != mine_.end() && !has_refused(mine->first, mine->second)) mine->second.policies.clear();
+}
+
+void Endpoints::match(const Guid& guid) {
+  const std::scoped_lock lock(mutex_);
+  matched_.insert(guid);
+}
+
+void Endpoints::unmatch(const Guid& guid) {
+  const std::scoped_lock lock(mutex_);
+  matched_.erase(guid);
+}
+
+void Endpoints::refuse(const Own& own, const std::map<std::string, std::uint32_t>& counts) {
+  std::vector<Misfit> found;
+  {
+    const std::scoped_lock lock(mutex_);
+    const auto mine = mine_.find(own);
+    if (mine == mine_.end()) return;
+    for (const auto& [policy, count] : counts) {
+      std::uint32_t& before = mine->second.counts[policy];
+      if (count <= before) continue;
+      before = count;
+      mine->second.policies.insert(policy);
+      found.push_back({.topic = mine->second.shown,
+                       .is_read = own.second,
+                       .policy = policy,
+                       .own_type = {},
+                       .other_type = {}});
+    }
+  }
+  tell(found);
+}
+
+/// Whether an endpoint of the right type is there that is not matched.
+bool Endpoints::has_refused(const Own& own, const Mine& mine) const {
+  return std::ranges::any_of(others_, [&](const auto& one) {
+    const Other& other = one.second;
+    return Own{other.topic, other.is_writer} == own && other.type == mine.type &&
+           !matched_.contains(one.first);
+  });
+}
+
+std::vector<Misfit> Endpoints::misfits() const {
+  const std::scoped_lock lock(mutex_);
+  std::vector<Misfit> found;
+  const auto add = [&](Misfit one) {
+    if (std::ranges::find(found, one) == found.end()) found.push_back(std::move(one));
+  };
+  for (const auto& [guid, other] : others_) {
+    const auto mine = mine_.find({other.topic, other.is_writer});
+    if (mine == mine_.end() || matched_.contains(guid)) continue;
+    if (other.type != mine->second.type) {
+      add(other_type(mine->first, mine->second, other));
+      continue;
+    }
+    for (const std::string& policy : mine->second.policies) {
+      add({.topic = mine->second.shown,
+           .is_read = other.is_writer,
+           .policy = policy,
+           .own_type = {},
+           .other_type = {}});
+    }
+  }
+  return found;
+}
+
+}  // namespace vantage::dds
