@@ -50,9 +50,9 @@ def make_world(build, source, folder, port):
     return [[float(word) for word in row[:4]] for row in rows]
 
 
-def play(build, folder, *more):
+def play(build, folder, *more, config="world.toml"):
     return subprocess.Popen(
-        [f"{build}/bin/vantage-play", "world.toml", "--scans", "world/scans", "--imu", "world/imu.csv", "--odometry",
+        [f"{build}/bin/vantage-play", config, "--scans", "world/scans", "--imu", "world/imu.csv", "--odometry",
          "world/odometry.tum", "-q", *more], cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
 
 
@@ -74,6 +74,9 @@ def main(build, source, pictures=None):
         try:
             with Browser(folder) as page:
                 look(page, pictures, expect, live, port)
+                robot = misfit(page, build, folder, expect)
+                robot.kill()
+                robot.wait()
                 robot = play(build, folder, "--duration", "20")
                 tracked(page, expect, truth)
                 set_pose(page, pictures, expect, live)
@@ -121,6 +124,19 @@ def look(page, pictures, expect, live, port):
             expect(page.wait_for("byId('reason').textContent === 'no scan has come on /points yet'"), page.text("reason"))
             return
     expect(False, f"no WebGL: {page.text('notices')}")
+
+
+def misfit(page, build, folder, expect):
+    """A robot that sends something else than scans on the scans' topic. The page says why no scan comes."""
+    text = open(f"{folder}/world.toml", encoding="utf-8").read()
+    with open(f"{folder}/misfit.toml", "w", encoding="utf-8") as out:
+        out.write(text.replace('imu = "/imu"', 'imu = "/points"\npoints = "/elsewhere"'))
+    robot = play(build, folder, config="misfit.toml")
+    why = ("no scan has come on /points yet; a publisher of /points sends sensor_msgs/Imu, expected "
+           "sensor_msgs/PointCloud2: none of its messages is received")
+    expect(page.wait_for(f"byId('reason').textContent === '{why}'"), f"reason: {page.text('reason')}")
+    expect("other type /points: 1" in page.text("left_out"), f"left out: {page.text('left_out')}")
+    return robot
 
 
 def without_webgl(folder, expect, port):

@@ -132,9 +132,11 @@ const answer = one => {
 const takeDiagnostics = (cdr, time) => {
   const {stamp, status: [one]} = readDiagnostics(cdr);
   if (!one) return;
+  const value = key => one.values.get(key), ms = key => (1000 * Number(value(key))).toFixed(1);
+  say('dropped', value('scans_dropped') || '0');
+  say('left_out', [...one.values].filter(([key, n]) => !kTold.includes(key) && n !== '0').map(([key, n]) => key.replaceAll('_', ' ') + ': ' + n).join('; '));
   idle = one.values.has('tracking') ? null : one.message;
   if (idle !== null) return showState('waits', idle);
-  const value = key => one.values.get(key), ms = key => (1000 * Number(value(key))).toFixed(1);
   const state = value('tracking'), delay = arrivals.has(stamp) ? time - arrivals.get(stamp) : null;
   answer({risk: Number(value('risk')), delay, state});
   const why = one.message.startsWith(state + ': ') ? one.message.slice(state.length + 2) : '';
@@ -149,8 +151,6 @@ const takeDiagnostics = (cdr, time) => {
   const now = seconds(), latest = answers.filter(({at}) => at > now - 5), span = now - latest[0].at;
   if (span > 0.5) say('rate', ((latest.length - 1) / span).toFixed(1) + ' a second');
   say('used', count(Number(value('scan_points'))) + ' points matched');
-  say('dropped', value('scans_dropped') || '0');
-  say('left_out', [...one.values].filter(([key, n]) => !kTold.includes(key) && n !== '0').map(([key, n]) => key.replaceAll('_', ' ') + ': ' + n).join('; '));
 };
 const showState = (state, why) => {
   document.body.dataset.state = state;
