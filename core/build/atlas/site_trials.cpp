@@ -68,6 +68,7 @@ Result<void> run_all(std::size_t tasks, const std::function<Result<void>(std::si
 /// Where an alignment ended.
 struct Trial {
   Alignment alignment;
+  std::size_t points;  // that were aligned
   std::optional<Evidence> evidence;
 };
 using Trials = std::vector<std::optional<Trial>>;  // nothing: nothing matched
@@ -130,8 +131,8 @@ Result<void> look_around(SiteTrials& site, const HitsAt& hits_at, const ScanMatc
 Result<std::optional<Trial>> tried(const MatchTarget& target, const SiteTrials& site,
                                    PointsView points, PointsView scored, const Pose& start) {
   VANTAGE_TRY(auto alignment, aligned_at(target, points, start));
-  if (!alignment || !alignment->hessian.allFinite()) return std::optional<Trial>();
-  Trial trial{.alignment = *std::move(alignment), .evidence = {}};
+  if (!alignment) return std::optional<Trial>();
+  Trial trial{.alignment = *std::move(alignment), .points = points.size(), .evidence = {}};
   if (!scored.empty()) {
     VANTAGE_TRY(const Fit fit, fit_at(target, scored, trial.alignment.T_map_scan));
     const Evidence evidence = evidence_of(fit, *site.to_itself);
@@ -210,7 +211,7 @@ std::map<RegionId, std::vector<SiteTask>> tasks_of(const std::vector<SiteTrials>
 
 std::optional<SitePrecision> precision_of(const SiteTrials& site) {
   Alignment mean;
-  double squares = 0.0, weights = 0.0;
+  double squares = 0.0, weights = 0.0, points = 0.0;
   std::size_t matched = 0;
   for (const auto& trial : site.right) {
     if (!trial) continue;
@@ -220,13 +221,16 @@ std::optional<SitePrecision> precision_of(const SiteTrials& site) {
     // What is known at the site, and not where an alignment slid to.
     const double known = 1.0 / (1.0 + off * off / (kRightMetres * kRightMetres));
     mean.hessian += known * trial->alignment.hessian;
+    points += known * static_cast<double>(trial->points);
     weights += known;
     ++matched;
   }
   if (matched == 0) return {};
   mean.hessian /= weights;
   const Eigen::Matrix2d covariance =
-      covariance_of(mean, kManyPoints, LocalizerParams{}.covariance_scale).topLeftCorner<2, 2>();
+      covariance_of(mean, static_cast<std::size_t>(std::round(points / weights)),
+                    LocalizerParams{}.covariance_scale)
+          .topLeftCorner<2, 2>();
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(covariance);
   const Eigen::Vector2d sigma = axes.eigenvalues().cwiseMax(0.0).cwiseSqrt();
   const Eigen::Vector2d weak = axes.eigenvectors().col(1);

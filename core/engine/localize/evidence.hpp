@@ -126,9 +126,4 @@ struct LookalikeOdds {
 /// What the margin alone says where the share says nothing: log(q), at most 0.
 [[nodiscard]] double log_likelihood_ratio_of_margin(const Evidence& evidence);
 
-/// Whether the evidence does not speak against the pose.
-[[nodiscard]] inline bool fits(const Evidence& evidence) {
-  return log_likelihood_ratio(evidence) >= 0.0;
-}
-
 }  // namespace vantage

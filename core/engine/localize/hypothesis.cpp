@@ -1,6 +1,7 @@
 #include "localize/hypothesis.hpp"
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -21,7 +22,9 @@ MotionFilter Hypothesis::moved() const {
 }
 
 double Hypothesis::sigma() const {
-  return std::sqrt(motion->pose_covariance().diagonal().head<2>().maxCoeff());
+  const Eigen::Matrix2d plan = motion->pose_covariance().topLeftCorner<2, 2>();
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(plan, Eigen::EigenvaluesOnly);
+  return std::sqrt(std::max(0.0, axes.eigenvalues()[1]));
 }
 
 double Hypothesis::innovation() const {

@@ -29,6 +29,7 @@ struct Hypothesis {
   PoseMatrix R = PoseMatrix::Zero();      ///< covariance of the alignment's pose, from scan to scan
   std::string failure = {};               ///< why there is no alignment
   std::optional<Evidence> evidence = {};  ///< of this scan, if it was weighed
+  bool is_refuted = false;                ///< whether that speaks against the pose
   std::optional<Contrast> contrast = {};  ///< of this scan, if it was measured
   std::optional<Point> contrast_at = {};  ///< where that was done last
   double told = 0.0;                      ///< log(p(scan | right) / p(scan | far off)) of this scan
@@ -45,7 +46,7 @@ struct Hypothesis {
   /// How well the scan fits there; without an alignment, that of a scan that matches nothing.
   [[nodiscard]] ScanScore score() const { return alignment ? alignment->score : ScanScore{}; }
   /// Whether the scan fits the map at this pose. Without evidence, an alignment is enough.
-  [[nodiscard]] bool fits() const { return alignment && (!evidence || vantage::fits(*evidence)); }
+  [[nodiscard]] bool fits() const { return alignment && !is_refuted; }
   /// The motion with this scan. A scan that does not fit says nothing.
   [[nodiscard]] MotionFilter moved() const;
   /// Standard deviation of the predicted position in plan view, along its weakest axis [m].

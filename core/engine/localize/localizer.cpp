@@ -135,7 +135,6 @@ Result<ScanReport> Localizer::localize(const Scan& scan) {
   if (!s.started) {
     return fail(ErrorCode::invalid_input, "localization has no first pose: call start");
   }
-  s.since.reset();
   if (scan.prior) VANTAGE_CHECK(check_prior(*scan.prior));
   if (!std::isfinite(scan.stamp) || (s.stamp && scan.stamp <= *s.stamp)) {
     return fail(ErrorCode::invalid_input,
@@ -143,6 +142,7 @@ Result<ScanReport> Localizer::localize(const Scan& scan) {
                     (s.stamp ? " follows " + std::to_string(*s.stamp) + " s" : ""));
   }
   VANTAGE_TRY(const SweepTime time, time_of(scan));
+  s.since.reset();
   ScanReport report;
   report.stamp = scan.stamp;
   const auto during = [&](Error error) {
@@ -235,7 +235,7 @@ std::optional<SensorMotion> Localizer::motion_at(double stamp) {
   const Eigen::Vector3d sensor_in_body = T_sensor_body.inverse().translation;
   return SensorMotion{.stamp = stamp,
                       .T_map_sensor = s.since->pose(),
-                      .covariance = s.since->pose_covariance(),
+                      .covariance = published_covariance(*s.since),
                       .twist = {.linear = R * (twist.linear + twist.angular.cross(sensor_in_body)),
                                 .angular = R * twist.angular}};
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <optional>
 #include <utility>
 
@@ -18,13 +19,20 @@ template <class T>
   return fail(std::move(answer).error());
 }
 
+/// Whether an alignment is one: a plugin may compute numbers that are none.
+[[nodiscard]] inline bool is_sound(const Alignment& alignment) {
+  const ScanScore& score = alignment.score;
+  return is_valid(alignment.T_map_scan) && alignment.hessian.allFinite() &&
+         std::isfinite(score.fitness) && std::isfinite(score.nvtl) && std::isfinite(score.coverage);
+}
+
 /// Where a scan is aligned to; nothing if nothing matches there.
 /// Errors: those of MatchTarget::align, except `too_few_matches`.
 [[nodiscard]] inline Result<std::optional<Alignment>> aligned_at(const MatchTarget& target,
                                                                  PointsView scan,
                                                                  const Pose& start) {
   VANTAGE_TRY(auto alignment, if_matched(target.align(scan, start)));
-  if (alignment && !is_valid(alignment->T_map_scan)) alignment.reset();
+  if (alignment && !is_sound(*alignment)) alignment.reset();
   return alignment;
 }
 

@@ -54,7 +54,7 @@ Result<Alignment> align_best(const MatchTarget& target, PointsView points,
   std::vector<Alignment> aligned;
   for (Result<Alignment>& one : found) {
     if (!one && one.error().code != ErrorCode::too_few_matches) return std::move(one);
-    if (one && is_valid(one->T_map_scan)) aligned.push_back(*std::move(one));
+    if (one && is_sound(*one)) aligned.push_back(*std::move(one));
   }
   if (aligned.empty()) return std::move(found.front());
   std::ranges::stable_sort(aligned, std::greater(),
@@ -126,14 +126,14 @@ Result<SweepMatch> match_sweep(const MatchTarget& target, const MotionFilter& pr
   const auto without = [&](const std::string& failure) {
     return SweepMatch{.motion = predicted, .failure = failure, .passes = match.passes};
   };
-  while (match.passes < kMostPasses) {
+  for (;;) {
     auto alignment = align_best(target, scan.points, starts, match.rivals);
     ++match.passes;
     if (!alignment && alignment.error().code != ErrorCode::too_few_matches) {
       return fail(std::move(alignment).error());
     }
     if (!alignment) return without(alignment.error().message);
-    if (!is_valid(alignment->T_map_scan)) return without("the matcher returned no valid pose");
+    if (!is_sound(*alignment)) return without("the matcher returned numbers that are no pose");
     match.alignment = *std::move(alignment);
     match.R = noise_of(*match.alignment, scan.points.size(), params);
     if (!sweep.motion) return match;
@@ -145,6 +145,7 @@ Result<SweepMatch> match_sweep(const MatchTarget& target, const MotionFilter& pr
     MotionFilter now = match.motion;
     now.update(match.alignment->T_map_scan, match.R);
     SweepMotion shown(now.state(), inputs, sweep.time, now.measured());
+    if (match.passes == kMostPasses) return match;
     if (shown.apart(*sweep.motion, kRange) <= kRangeNoise) return match;
     const auto correct = [&](PointCloud& points, const std::vector<double>& times) {
       for (std::size_t i = 0; i < points.size(); ++i) {
@@ -156,7 +157,6 @@ Result<SweepMatch> match_sweep(const MatchTarget& target, const MotionFilter& pr
     sweep.motion = std::move(shown);
     starts.assign(1, match.alignment->T_map_scan);
   }
-  return match;
 }
 
 }  // namespace vantage

@@ -42,14 +42,12 @@ double beyond(const AlertLimit& limit, const PoseConfidence& confidence, double 
                            longer_than(limit.radians - radians, confidence.sigma_rotation));
 }
 
-/// The covariance of a pose. Errors of the map and of the place repeat from scan to scan; the
-/// filter takes them for new at every scan, and averages them away.
-PoseMatrix published(const MotionFilter& motion) {
+}  // namespace
+
+PoseMatrix published_covariance(const MotionFilter& motion) {
   constexpr double kRepeated = 1.5;  // chosen on the recorded street
   return kRepeated * motion.pose_covariance();
 }
-
-}  // namespace
 
 MotionFilter Verdict::conclude(const std::vector<Hypothesis>& hypotheses, const Known& known,
                                const MotionInputs& inputs, const MotionNoise& noise,
@@ -61,7 +59,7 @@ MotionFilter Verdict::conclude(const std::vector<Hypothesis>& hypotheses, const 
   const MotionFilter moved = best.moved();
   const MotionFilter& motion = decided.is_limit ? *best.motion : moved;
   // A pose at the stamp is as sure as the speed that leads to it from the middle of the sweep.
-  report.confidence = confidence_of(published(motion.at(report.stamp, inputs, noise)));
+  report.confidence = confidence_of(published_covariance(motion.at(report.stamp, inputs, noise)));
   const auto wrong_if = [&](const Hypothesis& one, const MotionFilter& there,
                             const PoseConfidence& confidence) {
     const Pose reported = motion.pose(), pose = there.pose();
@@ -71,7 +69,7 @@ MotionFilter Verdict::conclude(const std::vector<Hypothesis>& hypotheses, const 
   double place = known.elsewhere;
   for (std::size_t h = 1; h < hypotheses.size(); ++h) {
     const MotionFilter other = hypotheses[h].moved();
-    place += wrong_if(hypotheses[h], other, confidence_of(published(other)));
+    place += wrong_if(hypotheses[h], other, confidence_of(published_covariance(other)));
   }
   report.risk = std::min(1.0, place + wrong_if(best, moved, *report.confidence));
   report.compared = known.compared;

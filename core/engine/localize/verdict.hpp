@@ -16,6 +16,10 @@ struct Known {
   bool scores_as_usual = false;  ///< the scan, at the best hypothesis
 };
 
+/// The covariance that is reported of a pose. Errors of the map and of the place repeat from scan
+/// to scan; the filter takes them for new at every scan, and averages them away.
+[[nodiscard]] PoseMatrix published_covariance(const MotionFilter& motion);
+
 /// Turns the belief in a hypothesis into the report of a scan.
 class Verdict {
  public:

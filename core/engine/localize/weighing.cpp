@@ -111,12 +111,13 @@ Result<void> Weighing::measure(const PreparedScan& scan, const Fit& to_itself,
 Result<void> Weighing::measure(Hypothesis& one, PointsView some,
                                const std::optional<Fit>& reference) const {
   one.evidence.reset();
-  one.silent = false;
+  one.is_refuted = one.silent = false;
   one.told = some.empty() || one.alignment ? 0.0 : std::log(kDoubt);  // off the map, or covered
   if (some.empty() || !one.alignment || !reference) return {};
   VANTAGE_TRY(const Fit fit, fit_at(*one.map->target, some, one.alignment->T_map_scan, limit_));
   one.evidence = evidence_of(fit, *reference);
-  one.silent = one.belief >= kBelieved && !fits(*one.evidence) && scores_as_usual(one);
+  one.is_refuted = log_likelihood_ratio(*one.evidence, model_) < 0.0;
+  one.silent = one.belief >= kBelieved && one.is_refuted && scores_as_usual(one);
   // Where nothing holds the matcher, its wandering says nothing either.
   one.told = one.silent ? log_likelihood_ratio_of_margin(*one.evidence)
                         : log_ratio_to_far(*one.evidence, model_) +

@@ -106,14 +106,15 @@ MotionMatrix moved_noise(const MotionState& state, const MotionInput& input,
   const Eigen::Matrix3d R = state.T_map_body.rotation.toRotationMatrix();
   MotionMatrix Q = MotionMatrix::Zero();
   const double ahead = std::copysign(1.0, input.seconds);
-  // Adds the noise of a rate: it is integrated into `integral`, and moves `itself`, too.
+  // Adds the noise of a rate: it is integrated into `integral`, and moves `itself`, too. Its
+  // variances are those along the map's axes.
   const auto add_walk = [&](Eigen::Index integral, Eigen::Index itself, double side,
                             const Eigen::Vector3d& variance) {
-    const Eigen::Matrix3d turned = side * ahead * R * variance.asDiagonal();
-    Q.block<3, 3>(integral, integral) += R * variance.asDiagonal() * R.transpose() * dt * dt / 3.0;
+    const Eigen::Matrix3d turned = side * ahead * variance.asDiagonal() * R;
+    Q.block<3, 3>(integral, integral).diagonal() += variance * dt * dt / 3.0;
     Q.block<3, 3>(integral, itself) += turned * dt / 2.0;
     Q.block<3, 3>(itself, integral) += turned.transpose() * dt / 2.0;
-    Q.block<3, 3>(itself, itself).diagonal() += variance;
+    Q.block<3, 3>(itself, itself) += R.transpose() * variance.asDiagonal() * R;
   };
   const double upright = squared(noise.upright);
   if (input.force) {

@@ -472,7 +472,12 @@ TEST_CASE("the motion at the very stamp of a scan has the rates that are measure
     const ScanReport report =
         world.look(localizer, 0.1 * i, pose_from_xyz_rpy({1, 0, 0}, {0, 0, turned}));
     REQUIRE(report.tracking == Tracking::tracked);
+    const auto motion = localizer.motion_at(report.stamp);
+    REQUIRE(motion);
+    CHECK(motion->covariance.isApprox(report.confidence->covariance, 1e-6));
   }
+  // A scan that comes twice is refused, and the motion goes on.
+  CHECK_FALSE(localizer.localize({.stamp = 0.2, .points = world.scan}));
   for (const double stamp : {0.2, 0.2, 0.25}) {
     const auto motion = localizer.motion_at(stamp);
     REQUIRE(motion);

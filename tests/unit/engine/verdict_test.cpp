@@ -94,7 +94,7 @@ TEST_CASE("the published covariance is that of the published pose") {
   CHECK(fitting.pose().translation.x() == doctest::Approx(0.01));  // both are equally sure
   const double sure = report.confidence->sigma_translation[0];
   one.motion.emplace(0.0, Pose{}, PoseMatrix::Identity(), kNoInputs);  // a vague prediction
-  one.evidence = Evidence{.share = 0.0, .noise = 0.01};  // and a scan that does not fit
+  one.is_refuted = true;  // and a scan that does not fit
   const MotionFilter predicted =
       Verdict(LocalizerParams{}).conclude({one}, known, kNoInputs, {}, report);
   CHECK(predicted.pose().translation.x() == 0.0);

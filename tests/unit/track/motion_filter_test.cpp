@@ -315,6 +315,22 @@ TEST_CASE("the start covariance is the same for every mounting of the IMU") {
   }
 }
 
+TEST_CASE("flat ground means the map's axes, for every mounting of the IMU") {
+  const MotionNoise noise{.upright = 0.1};
+  const Pose start = pose_from_xyz_rpy({5, 6, 0}, {0, 0, 0.8});
+  const auto added = [&](const Eigen::Vector3d& rpy) {
+    const MotionInputs inputs({.T_sensor_imu = pose_from_xyz_rpy({0, 0, 0}, rpy)});
+    MotionFilter filter(0.0, start, sigma(0.1, 0.01), inputs);
+    filter.predict(0.5, inputs, noise);
+    return filter.pose_covariance();
+  };
+  const PoseMatrix level = added({0, 0, 0});
+  for (const Eigen::Vector3d& rpy : {Eigen::Vector3d(0, 1.5708, 0), Eigen::Vector3d(-1.5708, 0, 1),
+                                     Eigen::Vector3d(3.1416, 0, 0.7)}) {
+    CHECK((added(rpy) - level).norm() < 1e-6 * level.norm());
+  }
+}
+
 TEST_CASE("a steady turn before the start is no bias that is beyond doubt") {
   MotionInputs inputs({});
   for (int k = 0; k <= 200; ++k) {
