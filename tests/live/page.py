@@ -74,7 +74,8 @@ def main(build, source, pictures=None):
         try:
             with Browser(folder) as page:
                 look(page, pictures, expect, live, port)
-                robot = misfit(page, build, folder, expect)
+                robot = play_misfit(build, folder)
+                misfit(page, expect)
                 robot.kill()
                 robot.wait()
                 robot = play(build, folder, "--duration", "20")
@@ -126,17 +127,20 @@ def look(page, pictures, expect, live, port):
     expect(False, f"no WebGL: {page.text('notices')}")
 
 
-def misfit(page, build, folder, expect):
-    """A robot that sends something else than scans on the scans' topic. The page says why no scan comes."""
+def play_misfit(build, folder):
+    """A robot that sends something else than scans on the scans' topic."""
     text = open(f"{folder}/world.toml", encoding="utf-8").read()
     with open(f"{folder}/misfit.toml", "w", encoding="utf-8") as out:
         out.write(text.replace('imu = "/imu"', 'imu = "/points"\npoints = "/elsewhere"'))
-    robot = play(build, folder, config="misfit.toml")
+    return play(build, folder, config="misfit.toml")
+
+
+def misfit(page, expect):
+    """The page says why no scan comes."""
     why = ("no scan has come on /points yet; a publisher of /points sends sensor_msgs/Imu, expected "
            "sensor_msgs/PointCloud2: none of its messages is received")
     expect(page.wait_for(f"byId('reason').textContent === '{why}'"), f"reason: {page.text('reason')}")
     expect("other type /points: 1" in page.text("left_out"), f"left out: {page.text('left_out')}")
-    return robot
 
 
 def without_webgl(folder, expect, port):

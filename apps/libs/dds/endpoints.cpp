@@ -23,7 +23,7 @@ void Endpoints::add(const Own& own, const std::string& shown, const std::string&
   std::vector<Misfit> found;
   {
     const std::scoped_lock lock(mutex_);
-    const Mine& mine = mine_.emplace(own, Mine{shown, type, {}, {}}).first->second;
+    const Mine& mine = mine_.emplace(own, Mine{shown, type, {}}).first->second;
     for (const auto& [guid, other] : others_) {
       if (Own{other.topic, other.is_writer} != own || other.type == mine.type) continue;
       found.push_back(other_type(own, mine, other));
@@ -37,7 +37,7 @@ void Endpoints::find(const Guid& guid, const std::string& topic, const std::stri
   std::vector<Misfit> found;
   {
     const std::scoped_lock lock(mutex_);
-    const auto [other, is_new] = others_.emplace(guid, Other{topic, type, is_writer});
+    const auto [other, is_new] = others_.emplace(guid, Other{topic, type, is_writer, {}});
     const auto mine = mine_.find({topic, is_writer});
     if (is_new && mine != mine_.end() && mine->second.type != type) {
       found.push_back(other_type(mine->first, mine->second, other->second));
@@ -48,16 +48,15 @@ void Endpoints::find(const Guid& guid, const std::string& topic, const std::stri
 
 void Endpoints::lose(const Guid& guid) {
   const std::scoped_lock lock(mutex_);
-  const auto other = others_.find(guid);
-  if (other == others_.end()) return;
-  const auto mine = mine_.find({other->second.topic, other->second.is_writer});
-  others_.erase(other);
+  others_.erase(guid);
   matched_.erase(guid);
-  if (mine != mine_.end() && !has_refused(mine->first, mine->second)) mine->second.policies.clear();
 }
 
 void Endpoints::match(const Guid& guid) {
   const std::scoped_lock lock(mutex_);
+  const auto other = others_.find(guid);
+  if (other == others_.end()) return;  // it went while DDS was matching it
+  other->second.policies.clear();
   matched_.insert(guid);
 }
 
@@ -72,28 +71,25 @@ void Endpoints::refuse(const Own& own, const std::map<std::string, std::uint32_t
     const std::scoped_lock lock(mutex_);
     const auto mine = mine_.find(own);
     if (mine == mine_.end()) return;
+    std::set<std::string> policies;
     for (const auto& [policy, count] : counts) {
       std::uint32_t& before = mine->second.counts[policy];
       if (count <= before) continue;
       before = count;
-      mine->second.policies.insert(policy);
+      policies.insert(policy);
       found.push_back({.topic = mine->second.shown,
                        .is_read = own.second,
                        .policy = policy,
                        .own_type = {},
                        .other_type = {}});
     }
+    // DDS does not say whose they are: those of the endpoints that nothing is known of.
+    for (auto& [guid, other] : others_) {
+      if (Own{other.topic, other.is_writer} != own || other.type != mine->second.type) continue;
+      if (other.policies.empty() && !matched_.contains(guid)) other.policies = policies;
+    }
   }
   tell(found);
-}
-
-/// Whether an endpoint of the right type is there that is not matched.
-bool Endpoints::has_refused(const Own& own, const Mine& mine) const {
-  return std::ranges::any_of(others_, [&](const auto& one) {
-    const Other& other = one.second;
-    return Own{other.topic, other.is_writer} == own && other.type == mine.type &&
-           !matched_.contains(one.first);
-  });
 }
 
 std::vector<Misfit> Endpoints::misfits() const {
@@ -109,7 +105,7 @@ std::vector<Misfit> Endpoints::misfits() const {
       add(other_type(mine->first, mine->second, other));
       continue;
     }
-    for (const std::string& policy : mine->second.policies) {
+    for (const std::string& policy : other.policies) {
       add({.topic = mine->second.shown,
            .is_read = other.is_writer,
            .policy = policy,

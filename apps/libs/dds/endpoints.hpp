@@ -61,14 +61,13 @@ class Endpoints {
   struct Mine {
     std::string shown, type;
     std::map<std::string, std::uint32_t> counts;  // as DDS told them
-    std::set<std::string> policies;               // by which endpoints that are there do not fit
   };
   struct Other {
     std::string topic, type;
     bool is_writer;
+    std::set<std::string> policies;  // by which it does not fit
   };
   [[nodiscard]] static Misfit other_type(const Own& own, const Mine& mine, const Other& other);
-  [[nodiscard]] bool has_refused(const Own& own, const Mine& mine) const;
   void tell(const std::vector<Misfit>& found) const;
 
   MisfitSink sink_;

@@ -105,9 +105,11 @@ void Connection::connect_anew() {
     return;
   }
   disconnect_();  // what was made of it
+  const bool is_new = !trouble_;
   trouble_ = fmt::format("cannot connect again, which is tried every second: {}",
                          to_string(connected.error()));
-  notices_.tell("connections_failed", *trouble_);
+  notices_.count("connections_failed");
+  if (is_new) notices_.say(*trouble_);
 }
 
 }  // namespace vantage::live

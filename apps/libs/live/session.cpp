@@ -222,11 +222,11 @@ std::optional<Pose> Session::odometry_at(double stamp, const std::string& base) 
   return pose * **T_child_base;
 }
 
-/// The sensor was looked for around the hint, unless the scan has no points, or something beside
-/// it failed, such as a disk. A hint that is refused is not tried again.
+/// The sensor was looked for around the hint, unless the scan has no points or a disk does not
+/// answer. What fails in another way fails again.
 void Session::use_up_hint(const Result<ScanReport>& report) {
   const bool is_used =
-      report ? report->scan_points > 0 : report.error().code == ErrorCode::invalid_input;
+      report ? report->scan_points > 0 : report.error().code != ErrorCode::io_failure;
   if (is_used) return priors_.use_up_hint();
   // After a scan in vain, a localizer may rest before it searches again.
   if (priors_.has_hint()) begin_anywhere();

@@ -24,13 +24,13 @@ constexpr std::int64_t kMovesFor = 10'000'000'000;  // after its last transform 
 }  // namespace
 
 void StaticFrames::add_moving(const io::ros::PoseMessage& transform, std::int64_t arrival) {
-  if (moving_.size() >= kMostMoving) {
+  const std::string child(frame_name(transform.child));
+  if (moving_.size() >= kMostMoving && !moving_.contains(child)) {
     std::erase_if(moving_,
                   [&](const auto& one) { return arrival - one.second.arrival > kMovesFor; });
     if (moving_.size() >= kMostMoving) return;
   }
-  moving_[std::string(frame_name(transform.child))] = {
-      .parent = std::string(frame_name(transform.header.frame)), .arrival = arrival};
+  moving_[child] = {.parent = std::string(frame_name(transform.header.frame)), .arrival = arrival};
 }
 
 std::optional<std::string> StaticFrames::second_parent(std::string_view parent,
