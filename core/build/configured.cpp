@@ -1,11 +1,8 @@
 // What a configuration says about a build.
 #include <string>
 #include <string_view>
-#include <variant>
 
-#include "build/viewpoint_origin.hpp"
 #include "vantage/build/build.hpp"
-#include "vantage/overloaded.hpp"
 #include "vantage/scan_matcher.hpp"
 
 namespace vantage {
@@ -15,20 +12,14 @@ constexpr std::string_view kJob = "building region maps";
 
 /// The ground filter; none for viewpoints along a trajectory, which [map] then has to name.
 Result<PluginPtr<GroundFilter>> ground_for(const Config& config, const PluginLoader& loader) {
-  const auto load = [&]() -> Result<PluginPtr<GroundFilter>> {
+  if (config.viewpoints.value_or(ViewpointParams{}).source == ViewpointSource::ground) {
     VANTAGE_TRY(const auto ground, config.need(config.ground, "ground", kJob));
     return loader.load<GroundFilter>(ground.choice());
-  };
-  const auto none = [&]() -> Result<PluginPtr<GroundFilter>> {
-    if (!config.map || config.map->trajectory) return PluginPtr<GroundFilter>();
-    return fail(ErrorCode::invalid_config,
-                "missing key 'trajectory' in [map], which viewpoints.source = \"trajectory\" needs",
-                SourceLocation{config.file, 0, 0});
-  };
-  return std::visit(Overloaded{[&](const OverGround&) { return load(); },
-                               [&](const OverReachableGround&) { return load(); },
-                               [&](const AlongTrajectory&) { return none(); }},
-                    origin_of(config.viewpoints.value_or(ViewpointParams{})));
+  }
+  if (!config.map || config.map->trajectory) return PluginPtr<GroundFilter>();
+  return fail(ErrorCode::invalid_config,
+              "missing key 'trajectory' in [map], which viewpoints.source = \"trajectory\" needs",
+              SourceLocation{config.file, 0, 0});
 }
 
 /// A square metre of level ground.

@@ -2,12 +2,9 @@
 
 #include <numeric>
 #include <utility>
-#include <variant>
 
 #include "build/plugin_checks.hpp"
-#include "build/viewpoint_origin.hpp"
 #include "vantage/kit/voxel_points.hpp"
-#include "vantage/overloaded.hpp"
 
 namespace vantage {
 namespace {
@@ -22,10 +19,10 @@ Result<Places> ground_of(PointsView map, const GroundFilter& filter,
   return places;
 }
 
-Result<Places> only_reachable(Places places, PointsView trajectory, double max_step,
-                              const ViewpointParams& params) {
+Result<Places> only_reachable(Places places, PointsView trajectory, const ViewpointParams& params) {
   const PointsView map = places.points;
-  VANTAGE_TRY(IndexList reachable, reachable_ground(map, places.which, trajectory, max_step));
+  VANTAGE_TRY(IndexList reachable,
+              reachable_ground(map, places.which, trajectory, params.max_step));
   // Regions have viewpoints of their own over these voxels, and a voxel may lie in several.
   VANTAGE_TRY(const PointCloud before, voxel_centroids(map, places.which, params.voxel_size));
   VANTAGE_TRY(const PointCloud after, voxel_centroids(map, reachable, params.voxel_size));
@@ -76,15 +73,10 @@ Result<IndexList> ground_in(PointsView points, const GroundFilter& filter,
 Result<Places> places_of(PointsView map, PointsView trajectory, const GroundFilter* ground,
                          const std::optional<OutlierParams>& outliers,
                          const ViewpointParams& params) {
-  return std::visit(
-      Overloaded{[&](const OverGround&) { return ground_of(map, *ground, outliers); },
-                 [&](const OverReachableGround& over) {
-                   return ground_of(map, *ground, outliers).and_then([&](Places places) {
-                     return only_reachable(std::move(places), trajectory, over.max_step, params);
-                   });
-                 },
-                 [&](const AlongTrajectory&) { return driven(trajectory, params); }},
-      origin_of(params));
+  if (params.source == ViewpointSource::trajectory) return driven(trajectory, params);
+  auto places = ground_of(map, *ground, outliers);
+  if (!places || !params.reachable) return places;
+  return only_reachable(*std::move(places), trajectory, params);
 }
 
 }  // namespace vantage

@@ -9,14 +9,12 @@
 #include <optional>
 #include <string>
 #include <utility>
-#include <variant>
 
 #include "build/blocks.hpp"
 #include "build/places.hpp"
 #include "build/plan_index.hpp"
 #include "build/selection.hpp"
 #include "build/survey.hpp"
-#include "build/viewpoint_origin.hpp"
 #include "vantage/kit/stopwatch.hpp"
 
 namespace vantage {
@@ -31,7 +29,7 @@ tl::unexpected<Error> needs_whole_map(const std::string& what, const std::string
 
 Result<void> check_reaches(const BuildPlugins& plugins, const BuildParams& params,
                            const VisibilityLimits& limits) {
-  if (std::holds_alternative<OverReachableGround>(origin_of(params.viewpoints))) {
+  if (params.viewpoints.source == ViewpointSource::ground && params.viewpoints.reachable) {
     return needs_whole_map("viewpoints.reachable", "leave it out");
   }
   if (plugins.ground && !std::isfinite(plugins.ground->reach())) {
@@ -260,7 +258,7 @@ Result<BuildPlan> plan_of(const MapParts& map, PointsView trajectory, const Buil
   // Ground (Sec. 2.2), or the driven path. A partitioner may ask about it.
   Stopwatch stopwatch;
   std::optional<Places> places;
-  if (whole != nullptr || std::holds_alternative<AlongTrajectory>(origin_of(params.viewpoints))) {
+  if (whole != nullptr || params.viewpoints.source == ViewpointSource::trajectory) {
     VANTAGE_TRY(places, places_of(whole != nullptr ? whole->map() : PointsView(), trajectory,
                                   plugins.ground.get(), params.outliers, params.viewpoints));
     plan.ground_points = places->ground_points;

@@ -1,49 +1,12 @@
 #include "vantage/build/viewpoints.hpp"
 
 #include <algorithm>
-#include <array>
-#include <cmath>
-#include <limits>
-#include <optional>
 #include <span>
-#include <utility>
-#include <variant>
 
-#include "build/viewpoint_origin.hpp"
 #include "vantage/kit/voxel_points.hpp"
-#include "vantage/overloaded.hpp"
 
 namespace vantage {
 namespace {
-
-/// @param which  of the points; nothing for all
-template <class... Which>
-Result<PointCloud> viewpoints(const ViewpointParams& params, PointsView points,
-                              const Which&... which) {
-  const auto raised = [&](const PointCloud& places, double sensor_height) {
-    PointCloud result;
-    result.reserve(places.size() * params.height_offsets.size());
-    for (const double offset : params.height_offsets) {
-      const double height = sensor_height + offset;
-      for (const Point& q : places) result.emplace_back(q.x(), q.y(), q.z() + height);
-    }
-    return result;
-  };
-  const auto over_ground = [&](double sensor_height) -> Result<PointCloud> {
-    VANTAGE_TRY(const PointCloud places, voxel_centroids(points, which..., params.voxel_size));
-    return raised(places, sensor_height);  // Eq. 5
-  };
-  const auto along = [&]() -> Result<PointCloud> {
-    VANTAGE_TRY(const PointCloud places,
-                nearest_to_voxel_centres(points, which..., params.voxel_size));
-    return raised(places, 0.0);  // the sensor was there
-  };
-  return std::visit(
-      Overloaded{[&](const OverGround& over) { return over_ground(over.sensor_height); },
-                 [&](const OverReachableGround& over) { return over_ground(over.sensor_height); },
-                 [&](const AlongTrajectory&) { return along(); }},
-      origin_of(params));
-}
 
 /// The direction of travel at each position, in plan view, of length 1; all zero if the trajectory
 /// goes nowhere.
@@ -92,22 +55,20 @@ Result<PointCloud> places_along(PointsView trajectory, const ViewpointParams& pa
   return places;
 }
 
-Result<PointCloud> viewpoints_over(PointsView points, const ViewpointParams& params) {
-  return viewpoints(params, points);
-}
-
 Result<PointCloud> viewpoints_over(PointsView points, std::span<const std::uint32_t> which,
                                    const ViewpointParams& params) {
-  return viewpoints(params, points, which);
-}
-
-ViewpointOrigin origin_of(const ViewpointParams& params) {
-  switch (params.source) {
-    case ViewpointSource::trajectory: return AlongTrajectory{params.lateral_offsets};
-    case ViewpointSource::ground: break;
+  const bool driven = params.source == ViewpointSource::trajectory;
+  VANTAGE_TRY(const PointCloud places,
+              driven ? nearest_to_voxel_centres(points, which, params.voxel_size)
+                     : voxel_centroids(points, which, params.voxel_size));
+  PointCloud viewpoints;
+  viewpoints.reserve(places.size() * params.height_offsets.size());
+  for (const double offset : params.height_offsets) {
+    // Eq. 5; along a trajectory, places are those of the sensor.
+    const double height = (driven ? 0.0 : params.sensor_height) + offset;
+    for (const Point& q : places) viewpoints.emplace_back(q.x(), q.y(), q.z() + height);
   }
-  if (params.reachable) return OverReachableGround{params.sensor_height, params.max_step};
-  return OverGround{params.sensor_height};
+  return viewpoints;
 }
 
 }  // namespace vantage

@@ -39,7 +39,7 @@ Result<PointCloud> campus(double size) {
 Result<PointCloud> viewpoints_over_ground(PointsView map, const ViewpointParams& params) {
   const auto pmf = test::plugin<GroundFilter>("pmf");
   VANTAGE_TRY(const auto ground, pmf->ground(map));
-  return viewpoints_over(select(map, ground), params);
+  return viewpoints_over(map, ground, params);
 }
 
 }  // namespace vantage::benchmarks

@@ -124,36 +124,6 @@ Result<PointCloud> centroids(PointsView points, std::size_t count, const NumberO
   return result;
 }
 
-/// One point per voxel, the one nearest to the voxel's centre; the points keep their order.
-template <class NumberOf>
-Result<PointCloud> nearest_to_centres(PointsView points, std::size_t count,
-                                      const NumberOf& number_of, double voxel_size) {
-  struct Nearest {
-    VoxelKey key;
-    double distance = 0.0;
-    std::optional<std::size_t> number = {};
-  };
-  const auto add = [&](Nearest& nearest, std::size_t k) {
-    const Point corner =
-        voxel_size * Point(static_cast<double>(nearest.key.x), static_cast<double>(nearest.key.y),
-                           static_cast<double>(nearest.key.z));
-    const double distance = (points[k] - corner - Point::Constant(voxel_size / 2)).squaredNorm();
-    if (nearest.number && !(distance < nearest.distance)) return;
-    nearest.distance = distance;
-    nearest.number = k;
-  };
-  VANTAGE_TRY(const std::vector<Nearest> nearest,
-              in_voxels<Nearest>(points, count, number_of, voxel_size, add));
-  std::vector<std::size_t> numbers;
-  numbers.reserve(nearest.size());
-  for (const Nearest& best : nearest) numbers.push_back(*best.number);
-  std::sort(numbers.begin(), numbers.end());
-  PointCloud result;
-  result.reserve(numbers.size());
-  for (const std::size_t k : numbers) result.push_back(points[k]);
-  return result;
-}
-
 constexpr auto every = [](std::size_t i) { return i; };
 auto those_of(std::span<const std::uint32_t> which) {
   return [which](std::size_t i) { return std::size_t{which[i]}; };
@@ -189,13 +159,32 @@ Result<TimedPoints> voxel_centroids(PointsView points, std::span<const double> t
   return result;
 }
 
-Result<PointCloud> nearest_to_voxel_centres(PointsView points, double voxel_size) {
-  return nearest_to_centres(points, points.size(), every, voxel_size);
-}
-
 Result<PointCloud> nearest_to_voxel_centres(PointsView points, std::span<const std::uint32_t> which,
                                             double voxel_size) {
-  return nearest_to_centres(points, which.size(), those_of(which), voxel_size);
+  struct Nearest {
+    VoxelKey key;
+    double distance = 0.0;
+    std::optional<std::size_t> number = {};
+  };
+  const auto add = [&](Nearest& nearest, std::size_t k) {
+    const Point corner =
+        voxel_size * Point(static_cast<double>(nearest.key.x), static_cast<double>(nearest.key.y),
+                           static_cast<double>(nearest.key.z));
+    const double distance = (points[k] - corner - Point::Constant(voxel_size / 2)).squaredNorm();
+    if (nearest.number && !(distance < nearest.distance)) return;
+    nearest.distance = distance;
+    nearest.number = k;
+  };
+  VANTAGE_TRY(const std::vector<Nearest> nearest,
+              in_voxels<Nearest>(points, which.size(), those_of(which), voxel_size, add));
+  std::vector<std::size_t> numbers;
+  numbers.reserve(nearest.size());
+  for (const Nearest& best : nearest) numbers.push_back(*best.number);
+  std::sort(numbers.begin(), numbers.end());
+  PointCloud result;
+  result.reserve(numbers.size());
+  for (const std::size_t k : numbers) result.push_back(points[k]);
+  return result;
 }
 
 }  // namespace vantage

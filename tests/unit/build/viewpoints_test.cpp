@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <limits>
 #include <map>
+#include <numeric>
 #include <random>
 #include <tuple>
 #include <utility>
@@ -12,6 +13,16 @@
 #include "vantage/kit/voxel_points.hpp"
 
 using namespace vantage;
+
+namespace {
+
+Result<PointCloud> viewpoints_over_all(PointsView points, const ViewpointParams& params) {
+  IndexList all(points.size());
+  std::iota(all.begin(), all.end(), 0U);
+  return viewpoints_over(points, all, params);
+}
+
+}  // namespace
 
 TEST_CASE("Eq. 4: one centroid a voxel, equal to a plain average by hand") {
   std::mt19937 random(3);
@@ -41,7 +52,7 @@ TEST_CASE("Eq. 4: one centroid a voxel, equal to a plain average by hand") {
 
 TEST_CASE("Eq. 5: viewpoints stand h_s above the ground's centroids") {
   const PointCloud ground{{0.2, 0.2, 1.0}, {0.4, 0.4, 1.2}, {5.5, 0.5, 1.9}};
-  const auto viewpoints = viewpoints_over(ground, {.voxel_size = 2.0, .sensor_height = 1.5});
+  const auto viewpoints = viewpoints_over_all(ground, {.voxel_size = 2.0, .sensor_height = 1.5});
   REQUIRE(viewpoints);
   REQUIRE(viewpoints->size() == 2);
   CHECK(((*viewpoints)[0] - Point(0.3, 0.3, 2.6)).norm() < 1e-12);
@@ -57,7 +68,7 @@ TEST_CASE("viewpoints over indices are those over the points that they name") {
   for (std::uint32_t k = 1; k < map.size(); k += 3) ground.push_back(k);
   const ViewpointParams params{.voxel_size = 0.7, .sensor_height = 1.5};
   CHECK(viewpoints_over(map, ground, params).value() ==
-        viewpoints_over(select(map, ground), params).value());
+        viewpoints_over_all(select(map, ground), params).value());
   CHECK(viewpoints_over(map, IndexList{}, params)->empty());
 }
 
@@ -103,7 +114,7 @@ TEST_CASE("sensors at several heights: every place again at each, the first heig
   const PointCloud ground{{0.2, 0.2, 1.0}, {5.5, 0.5, 2.0}};
   const ViewpointParams params{
       .voxel_size = 2.0, .sensor_height = 1.0, .height_offsets = {0.0, -0.5, 0.8}};
-  const auto viewpoints = viewpoints_over(ground, params);
+  const auto viewpoints = viewpoints_over_all(ground, params);
   REQUIRE(viewpoints);
   const PointCloud expected{{0.2, 0.2, 2.0}, {5.5, 0.5, 3.0}, {0.2, 0.2, 1.5},
                             {5.5, 0.5, 2.5}, {0.2, 0.2, 2.8}, {5.5, 0.5, 3.8}};
@@ -138,7 +149,7 @@ TEST_CASE(
   const auto places = places_along(path, driven(2.0));
   REQUIRE(places);
   CHECK(*places == path);
-  const auto viewpoints = viewpoints_over(*places, driven(2.0));
+  const auto viewpoints = viewpoints_over_all(*places, driven(2.0));
   REQUIRE(viewpoints);
   // By hand: the path enters 10 voxels to the east, and 10 more to the north and one at its end.
   std::map<std::array<double, 3>, Point> nearest;
@@ -193,7 +204,7 @@ TEST_CASE("lateral offsets lie to the left of the direction of travel, at the he
 TEST_CASE("heights above a trajectory are above the sensor, and h_s is not added") {
   ViewpointParams params = driven(1.0);
   params.height_offsets = {0.0, 0.5};
-  const auto viewpoints = viewpoints_over(PointCloud{{0.5, 0.5, 1.7}}, params).value();
+  const auto viewpoints = viewpoints_over_all(PointCloud{{0.5, 0.5, 1.7}}, params).value();
   CHECK(viewpoints == PointCloud{{0.5, 0.5, 1.7}, {0.5, 0.5, 2.2}});
 }
 

@@ -43,14 +43,11 @@ namespace vantage {
 /// at the second.
 /// ViewpointSource::ground: voxel centroids of the ground points g_ij, raised by h_s (Eqs. 4-5).
 /// ViewpointSource::trajectory: in each voxel, the place of `places_along` nearest to the centre
-/// (the first of equally near places), in the order of `points`. Each is one of the places, not a
+/// (the first of equally near places), in the order of `which`. Each is one of the places, not a
 /// mean of several.
-/// @param points  ground points, or the result of `places_along`; map frame [m]
-/// Errors: as `voxel_centroids`.
-[[nodiscard]] VANTAGE_API Result<PointCloud> viewpoints_over(PointsView points,
-                                                             const ViewpointParams& params);
-
-/// The same for the points that `which` names. Precondition: every index < points.size().
+/// @param points  the map, or the result of `places_along`; map frame [m]
+/// @param which   indices into `points`: of the ground, or of all places
+/// Errors: as `voxel_centroids`. Precondition: every index < points.size().
 [[nodiscard]] VANTAGE_API Result<PointCloud> viewpoints_over(PointsView points,
                                                              std::span<const std::uint32_t> which,
                                                              const ViewpointParams& params);

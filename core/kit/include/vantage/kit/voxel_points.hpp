@@ -35,9 +35,8 @@ struct TimedPoints {
 [[nodiscard]] Result<TimedPoints> voxel_centroids(PointsView points, std::span<const double> times,
                                                   double voxel_size);
 
-/// The point of each voxel that is nearest to the voxel's centre, the first of equally near ones;
-/// they keep their order. Arguments and errors as above.
-[[nodiscard]] Result<PointCloud> nearest_to_voxel_centres(PointsView points, double voxel_size);
+/// Of each voxel's points that `which` names, the one that is nearest to the voxel's centre, the
+/// first of equally near ones; they keep their order. Arguments and errors as above.
 [[nodiscard]] Result<PointCloud> nearest_to_voxel_centres(PointsView points,
                                                           std::span<const std::uint32_t> which,
                                                           double voxel_size);
