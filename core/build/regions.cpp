@@ -24,100 +24,63 @@ Groups points_inside(const RegionBlock& block, PointsView map, const Partition& 
       [&](std::uint32_t k) { return owners[k]; });
 }
 
-/// One run over the regions of a block.
-class Run {
- public:
-  Run(const RegionBlock& block, const BuildPlan& plan, Groups inside, Sight& sight,
-      const Condenser& condenser, Meter& meter, const TakeRegion& take)
-      : which_(block.regions),
-        plan_(plan),
-        inside_(std::move(inside)),
-        sight_(sight),
-        condenser_(condenser),
-        meter_(meter),
-        take_(take) {}
-
-  Result<void> all() {
-    if (std::ranges::any_of(which_,
-                            [&](std::uint32_t r) { return !plan_.viewpoints[r].empty(); })) {
-      VANTAGE_CHECK(sight_.prepare());
-    }
-    const auto tokens = static_cast<std::size_t>(tbb::this_task_arena::max_concurrency()) + 1;
-    tbb::parallel_pipeline(
-        tokens, tbb::make_filter<void, std::size_t>(tbb::filter_mode::serial_in_order,
-                                                    [&](tbb::flow_control& flow) {
-                                                      if (next_ == count() || stop_) flow.stop();
-                                                      return next_++;
-                                                    }) &
-                    tbb::make_filter<std::size_t, std::shared_ptr<Item>>(
-                        tbb::filter_mode::parallel,
-                        [&](std::size_t k) {
-                          return std::make_shared<Item>(Item{which_[k], seen_from(k)});
-                        }) &
-                    tbb::make_filter<std::shared_ptr<Item>, void>(
-                        tbb::filter_mode::serial_in_order, [&](const std::shared_ptr<Item>& item) {
-                          if (outcome_) hand_on(*item);
-                        }));
-    return std::move(outcome_);
-  }
-
- private:
-  struct Item {
-    std::uint32_t region;
-    Result<BuiltRegion> built;
-  };
-
-  [[nodiscard]] std::size_t count() const noexcept { return which_.size(); }
-
-  /// Runs for several regions at once.
-  Result<BuiltRegion> seen_from(std::size_t k) {
-    const PointCloud& viewpoints = plan_.viewpoints[which_[k]];
-    const auto inside = inside_.begin.empty() ? std::span<const std::uint32_t>{} : inside_[k];
-    const RegionProgress of_region(meter_, viewpoints.size());
-    auto built = sight_.observable(inside, viewpoints, &of_region).and_then([&](auto observable) {
-      return condenser_.thin(std::move(observable), viewpoints);
-    });
-    if (built) of_region.advanced(viewpoints.size());  // those that the plugin did not report
-    ++seen_;
-    return built;
-  }
-
-  void hand_on(Item& item) {
-    if (seen_ == count()) sight_.release();
-    outcome_ =
-        std::move(item.built)
-            .and_then([&](BuiltRegion&& built) { return condenser_.finish(std::move(built)); })
-            .and_then([&](BuiltRegion&& built) { return take_(item.region, std::move(built)); });
-    if (outcome_) {
-      meter_.region_done();
-      return;
-    }
-    outcome_ = fail(std::move(outcome_).error().during(
-        "building region '" + plan_.partition[RegionId{item.region}].label + "'"));
-    stop_ = true;
-  }
-
-  const std::vector<std::uint32_t>& which_;
-  const BuildPlan& plan_;
-  Groups inside_;
-  Sight& sight_;
-  const Condenser& condenser_;
-  Meter& meter_;
-  const TakeRegion& take_;
-  std::atomic<bool> stop_{false};
-  std::atomic<std::size_t> seen_{0};  // regions
-  std::size_t next_ = 0;
-  Result<void> outcome_{};
-};
-
 }  // namespace
 
 Result<void> build_block(const RegionBlock& block, const BuildPlan& plan, VisibilityScope scope,
                          Sight& sight, const Condenser& condenser, Meter& meter,
                          const TakeRegion& take) {
+  const std::vector<std::uint32_t>& regions = block.regions;
   Groups inside;
   if (scope == VisibilityScope::region) inside = points_inside(block, sight.map(), plan.partition);
-  return Run(block, plan, std::move(inside), sight, condenser, meter, take).all();
+  if (std::ranges::any_of(regions, [&](std::uint32_t r) { return !plan.viewpoints[r].empty(); })) {
+    VANTAGE_CHECK(sight.prepare());
+  }
+  struct Item {
+    std::uint32_t region;
+    Result<BuiltRegion> built;
+  };
+  std::size_t next = 0;
+  std::atomic<std::size_t> seen{0};  // regions
+  std::atomic<bool> stop{false};
+  Result<void> outcome{};
+
+  const auto begin = [&](tbb::flow_control& flow) {
+    if (next == regions.size() || stop) flow.stop();
+    return next++;
+  };
+  const auto see = [&](std::size_t k) {  // runs for several regions at once
+    const PointCloud& viewpoints = plan.viewpoints[regions[k]];
+    const auto own = inside.begin.empty() ? std::span<const std::uint32_t>{} : inside[k];
+    const RegionProgress of_region(meter, viewpoints.size());
+    auto built = sight.observable(own, viewpoints, &of_region).and_then([&](auto observable) {
+      return condenser.thin(std::move(observable), viewpoints);
+    });
+    if (built) of_region.advanced(viewpoints.size());  // those that the plugin did not report
+    ++seen;
+    return std::make_shared<Item>(Item{regions[k], std::move(built)});
+  };
+  const auto hand_on = [&](const std::shared_ptr<Item>& item) {
+    if (!outcome) return;
+    if (seen == regions.size()) sight.release();
+    outcome =
+        std::move(item->built)
+            .and_then([&](BuiltRegion&& built) { return condenser.finish(std::move(built)); })
+            .and_then([&](BuiltRegion&& built) { return take(item->region, std::move(built)); });
+    if (outcome) {
+      meter.region_done();
+      return;
+    }
+    outcome = fail(std::move(outcome).error().during(
+        "building region '" + plan.partition[RegionId{item->region}].label + "'"));
+    stop = true;
+  };
+  using tbb::filter_mode;
+  tbb::parallel_pipeline(
+      static_cast<std::size_t>(tbb::this_task_arena::max_concurrency()) + 1,
+      tbb::make_filter<void, std::size_t>(filter_mode::serial_in_order, begin) &
+          tbb::make_filter<std::size_t, std::shared_ptr<Item>>(filter_mode::parallel, see) &
+          tbb::make_filter<std::shared_ptr<Item>, void>(filter_mode::serial_in_order, hand_on));
+  return outcome;
 }
 
 }  // namespace vantage
