@@ -179,29 +179,6 @@ std::int64_t nanoseconds(double seconds) { return static_cast<std::int64_t>(1e9 
 
 }  // namespace
 
-/// Prepared maps of some of a region's elements.
-class Selection::Excerpts {
- public:
-  /// All arguments are borrowed.
-  /// @param all        numbers of the region's elements in the target, ascending
-  /// @param in_target  the same, indexed by their numbers in the region
-  Excerpts(const MatchTarget& whole, std::span<const std::uint32_t> all,
-           std::span<const std::uint32_t> in_target)
-      : whole_(whole), all_(all), in_target_(in_target) {}
-
-  [[nodiscard]] std::size_t elements() const noexcept { return all_.size(); }
-  [[nodiscard]] Result<PreparedMap> of(std::span<const std::uint32_t> some) const {
-    std::vector<std::uint32_t> kept;
-    for (const std::uint32_t i : some) kept.push_back(in_target_[i]);
-    std::ranges::sort(kept);
-    return whole_.excerpt_of(all_, kept);
-  }
-
- private:
-  const MatchTarget& whole_;
-  std::span<const std::uint32_t> all_, in_target_;
-};
-
 Selection::Selection(const MatchTarget& whole, const Selector& selector,
                      const SelectionParams& params, double max_range, PointsView map)
     : whole_(whole),
@@ -286,37 +263,40 @@ Result<Selected> Selection::chosen(PointsView seen, std::span<const Point> viewp
   for (const Point& p : viewpoints) places.push_back({p, nullptr});
   const auto some = spread(places, recorded, params_.places);
   VANTAGE_TRY(const Views views, views_from(places, some, own_number));
-  const Excerpts excerpts(whole_, numbers, in_target);
-  VANTAGE_TRY(const Room room, room_for(excerpts));
-  VANTAGE_TRY(std::vector<std::uint32_t> order, ordered(elements, views, room.elements));
-  VANTAGE_TRY(PreparedMap prepared, excerpts.of(order));
+  const auto excerpt = [&](std::span<const std::uint32_t> which) {
+    std::vector<std::uint32_t> kept;
+    for (const std::uint32_t element : which) kept.push_back(in_target[element]);
+    std::ranges::sort(kept);
+    return whole_.excerpt_of(numbers, kept);
+  };
+  std::size_t most = 0;  // elements that the budget allows, and a few more
+  double each = 1.0;     // [bytes]
+  if (params_.max_bytes) {
+    // An element takes at least a byte, and all take nearly the same number.
+    most = std::min<std::size_t>(elements.size(), *params_.max_bytes);
+    std::vector<std::uint32_t> first;
+    VANTAGE_TRY(const PreparedMap none, excerpt(first));
+    for (std::uint32_t element = 0; element < most; ++element) first.push_back(element);
+    VANTAGE_TRY(const PreparedMap many, excerpt(first));
+    const auto bytes_of = [](const PreparedMap& map) {
+      return static_cast<double>(map.bytes.size());
+    };
+    // Not 0, though a matcher may store as much for any number of elements.
+    each = std::max(1e-3, (bytes_of(many) - bytes_of(none)) / static_cast<double>(most));
+    const double left = static_cast<double>(*params_.max_bytes) - bytes_of(none);
+    most = std::min(most, static_cast<std::size_t>(std::max(1.0, 1.01 * left / each + 2.0)));
+  } else {
+    const double share = params_.share.value_or(1.0);
+    most = static_cast<std::size_t>(std::ceil(share * static_cast<double>(elements.size())));
+  }
+  VANTAGE_TRY(std::vector<std::uint32_t> order, ordered(elements, views, most));
+  VANTAGE_TRY(PreparedMap prepared, excerpt(order));
   while (params_.max_bytes && order.size() > 1 && prepared.bytes.size() > *params_.max_bytes) {
-    const auto over = static_cast<double>(prepared.bytes.size() - *params_.max_bytes) / room.each;
+    const auto over = static_cast<double>(prepared.bytes.size() - *params_.max_bytes) / each;
     order.resize(order.size() - std::min(order.size() - 1, static_cast<std::size_t>(over) + 1));
-    VANTAGE_TRY(prepared, excerpts.of(order));
+    VANTAGE_TRY(prepared, excerpt(order));
   }
   return Selected{.prepared = std::move(prepared), .errors = predicted(views, elements, order)};
-}
-
-Result<Selection::Room> Selection::room_for(const Excerpts& excerpts) const {
-  const std::size_t all = excerpts.elements();
-  if (!params_.max_bytes) {
-    return Room{.elements = static_cast<std::size_t>(
-                    std::ceil(params_.share.value_or(1.0) * static_cast<double>(all)))};
-  }
-  // An element takes at least a byte, and all take nearly the same number.
-  const std::size_t most = std::min<std::size_t>(all, *params_.max_bytes);
-  std::vector<std::uint32_t> some;
-  VANTAGE_TRY(const PreparedMap none, excerpts.of(some));
-  for (std::uint32_t i = 0; i < most; ++i) some.push_back(i);
-  VANTAGE_TRY(const PreparedMap many, excerpts.of(some));
-  const double each =
-      static_cast<double>(many.bytes.size() - none.bytes.size()) / static_cast<double>(some.size());
-  const double left =
-      static_cast<double>(*params_.max_bytes) - static_cast<double>(none.bytes.size());
-  return Room{
-      .elements = std::min(most, static_cast<std::size_t>(std::max(1.0, 1.01 * left / each + 2.0))),
-      .each = each};
 }
 
 Result<std::vector<std::uint32_t>> Selection::ordered(std::span<const MapElement> elements,

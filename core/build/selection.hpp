@@ -66,13 +66,6 @@ class Selection {
 
  private:
   [[nodiscard]] Result<Selected> chosen(PointsView seen, std::span<const Point> viewpoints) const;
-  class Excerpts;
-  /// How many elements the budget allows.
-  struct Room {
-    std::size_t elements = 0;  ///< a few more, as not all take the same number of bytes
-    double each = 1.0;         ///< [bytes]
-  };
-  [[nodiscard]] Result<Room> room_for(const Excerpts& excerpts) const;
   /// Asks the selector for its order, and cuts it off where the first elements keep the target.
   /// @param most  no more elements than these
   [[nodiscard]] Result<std::vector<std::uint32_t>> ordered(std::span<const MapElement> elements,

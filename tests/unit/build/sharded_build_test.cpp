@@ -353,6 +353,8 @@ TEST_CASE("sharded build: a shard with nothing left to build needs no file, even
 /// Its elements are the square metres with at least three points.
 class MatchesCrowds final : public ScanMatcher {
  public:
+  /// @param least_bytes  of what is stored, however few the elements are
+  explicit MatchesCrowds(std::size_t least_bytes = 0) : least_bytes_(least_bytes) {}
   [[nodiscard]] double reach() const noexcept override { return 1.5; }
   [[nodiscard]] Result<std::unique_ptr<MatchTarget>> prepare(
       PointsView map) const noexcept override {
@@ -362,7 +364,7 @@ class MatchesCrowds final : public ScanMatcher {
     if (counts.empty()) return fail(ErrorCode::too_few_matches, "the map is too sparse");
     std::vector<Cell> cells;
     for (const auto& cell : counts) cells.push_back(cell.first);
-    return std::make_unique<Target>(std::move(cells));
+    return std::make_unique<Target>(std::move(cells), least_bytes_);
   }
 
  private:
@@ -374,7 +376,8 @@ class MatchesCrowds final : public ScanMatcher {
 
   class Target final : public MatchTarget {
    public:
-    explicit Target(std::vector<Cell> cells) : cells_(std::move(cells)) {}
+    Target(std::vector<Cell> cells, std::size_t least_bytes)
+        : cells_(std::move(cells)), least_bytes_(least_bytes) {}
     [[nodiscard]] Result<Alignment> align(PointsView, const Pose&) const noexcept override {
       return Alignment{};
     }
@@ -412,12 +415,16 @@ class MatchesCrowds final : public ScanMatcher {
           map.bytes.push_back(static_cast<std::byte>(x));
         }
       }
+      map.bytes.resize(std::max(map.bytes.size(), least_bytes_));
       return map;
     }
 
    private:
     std::vector<Cell> cells_;
+    std::size_t least_bytes_;
   };
+
+  std::size_t least_bytes_;
 };
 
 class TakesTheFirst final : public Selector {
@@ -486,6 +493,26 @@ TEST_CASE("sharded build: what is too sparse for the matcher does not depend on 
       CHECK(refused.error().message.find("the map is too sparse") != std::string::npos);
     }
     CHECK_FALSE(none->committed);
+  }
+}
+
+TEST_CASE("elements that take no bytes are all kept if what is stored fits, else one of them is") {
+  for (const std::uint32_t budget : {2000U, 500U}) {
+    CAPTURE(budget);
+    int calls = 0;
+    const auto memory = std::make_shared<test::Memory>();
+    BuildPlugins plugins = plugins_of_strips(calls, memory);
+    plugins.matcher = test::in_process<MatchesCrowds, ScanMatcher>(std::size_t{1000});
+    plugins.selector = test::in_process<TakesTheFirst, Selector>();
+    BuildParams params;
+    params.max_range = 4.0;
+    params.content = StoredContent::prepared;
+    params.selection.max_bytes = budget;
+    const auto report = build_region_maps(crowded_strips(13), {}, plugins, params);
+    REQUIRE_MESSAGE(report, to_string(report.error()));
+    CHECK(memory->maps[13].prepared.bytes.size() == 1000);
+    CHECK((memory->maps[13].prepared.elements > 1) == (budget == 2000));
+    CHECK(memory->maps[13].prepared.elements > 0);
   }
 }
 
