@@ -4,8 +4,10 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <cstddef>
 #include <span>
 #include <string>
+#include <utility>
 
 namespace vantage {
 namespace {
@@ -21,39 +23,6 @@ Bounds2 union_of(std::span<const std::uint32_t> regions, const std::vector<Bound
   }
   return all;
 }
-
-/// Cuts the regions in two across the longer side of their area, at the median of their middles.
-class Division {
- public:
-  Division(const MapParts& map, const std::vector<Bounds2>& areas, std::uint64_t most_points)
-      : map_(map), areas_(areas), most_(most_points) {}
-
-  /// Precondition: each region fits alone.
-  void divide(std::span<std::uint32_t> regions, std::vector<RegionBlock>& blocks) const {
-    const Bounds2 area = union_of(regions, areas_);
-    if (regions.size() == 1 || map_.points_in(area) <= most_) {
-      RegionBlock block{{regions.begin(), regions.end()}, area};
-      std::ranges::sort(block.regions);
-      blocks.push_back(std::move(block));
-      return;
-    }
-    const Eigen::Vector2d size = area.max - area.min;
-    const Eigen::Index axis = size.x() >= size.y() ? 0 : 1;
-    const auto middle = regions.begin() + static_cast<std::ptrdiff_t>(regions.size() / 2);
-    std::nth_element(regions.begin(), middle, regions.end(), [&](std::uint32_t a, std::uint32_t b) {
-      const double at_a = areas_[a].min[axis] + areas_[a].max[axis];
-      const double at_b = areas_[b].min[axis] + areas_[b].max[axis];
-      return at_a != at_b ? at_a < at_b : a < b;
-    });
-    divide({regions.begin(), middle}, blocks);
-    divide({middle, regions.end()}, blocks);
-  }
-
- private:
-  const MapParts& map_;
-  const std::vector<Bounds2>& areas_;
-  std::uint64_t most_;
-};
 
 }  // namespace
 
@@ -75,6 +44,20 @@ std::vector<std::uint32_t> owners_in(const RegionBlock& block, PointsView points
     }
   });
   return owners;
+}
+
+void halve(std::span<std::uint32_t> regions, const std::vector<Eigen::Vector2d>& middles,
+           const std::function<std::optional<Bounds2>(std::span<const std::uint32_t>)>& box_of) {
+  const std::optional<Bounds2> box = box_of(regions);
+  if (!box) return;
+  const Eigen::Vector2d size = box->max - box->min;
+  const Eigen::Index axis = size.x() >= size.y() ? 0 : 1;
+  const auto middle = regions.begin() + static_cast<std::ptrdiff_t>(regions.size() / 2);
+  std::nth_element(regions.begin(), middle, regions.end(), [&](std::uint32_t a, std::uint32_t b) {
+    return middles[a][axis] != middles[b][axis] ? middles[a][axis] < middles[b][axis] : a < b;
+  });
+  halve({regions.begin(), middle}, middles, box_of);
+  halve({middle, regions.end()}, middles, box_of);
 }
 
 RegionNeed largest_need(const MapParts& map, std::span<const std::uint32_t> regions,
@@ -128,7 +111,16 @@ Result<std::vector<RegionBlock>> blocks_of(const MapParts& map, const Partition&
   if (need.points > most) {
     return does_not_fit(partition.regions()[need.region].label, need.points, memory, bytes_a_point);
   }
-  Division(map, areas, most).divide(regions, blocks);
+  std::vector<Eigen::Vector2d> middles;
+  for (const Bounds2& area : areas) middles.emplace_back(0.5 * (area.min + area.max));
+  halve(regions, middles, [&](std::span<const std::uint32_t> some) -> std::optional<Bounds2> {
+    const Bounds2 area = union_of(some, areas);
+    if (some.size() > 1 && map.points_in(area) > most) return area;
+    RegionBlock block{{some.begin(), some.end()}, area};
+    std::ranges::sort(block.regions);
+    blocks.push_back(std::move(block));
+    return std::nullopt;
+  });
   return blocks;
 }
 

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -37,6 +39,14 @@ inline constexpr std::uint64_t kMostBlockPoints = 0xffff'fffeU;
 /// block's regions for a point that none of them owns.
 [[nodiscard]] std::vector<std::uint32_t> owners_in(const RegionBlock& block, PointsView points,
                                                    const Partition& partition);
+
+/// Brings neighbours next to each other: divides regions into halves of halves, each across the
+/// longer side of their box, at the median of their middles.
+/// @param middles  of all regions, by RegionId
+/// @param box_of   the box of some regions; none: they are not divided further. Asked from front to
+///                 back
+void halve(std::span<std::uint32_t> regions, const std::vector<Eigen::Vector2d>& middles,
+           const std::function<std::optional<Bounds2>(std::span<const std::uint32_t>)>& box_of);
 
 /// What a region and what decides about it take.
 struct RegionNeed {

@@ -108,8 +108,7 @@ Result<void> ShardedBuild::State::make_plan(PointsView trajectory) {
   return {};
 }
 
-/// Finds what each region needs, and an order in which neighbours follow each other: halves of
-/// halves, across the longer side.
+/// Finds what each region needs, and an order in which neighbours follow each other.
 void ShardedBuild::State::lay_out() {
   const double reach = reach_of(*plugins, *params, plan.limits);
   order = every_region(plan.partition.size());
@@ -124,20 +123,12 @@ void ShardedBuild::State::lay_out() {
     cost.push_back(static_cast<double>(points) *
                    (1.0 + static_cast<double>(plan.viewpoints[r].size())));
   }
-  const auto halve = [&](const auto& self, std::span<std::uint32_t> some) -> void {
-    if (some.size() < 2) return;
+  halve(order, middles, [&](std::span<const std::uint32_t> some) -> std::optional<Bounds2> {
+    if (some.size() < 2) return std::nullopt;
     Bounds2 box;
     for (const std::uint32_t r : some) box.extend(middles[r]);
-    const Eigen::Vector2d size = box.max - box.min;
-    const Eigen::Index axis = size.x() >= size.y() ? 0 : 1;
-    const auto middle = some.begin() + static_cast<std::ptrdiff_t>(some.size() / 2);
-    std::nth_element(some.begin(), middle, some.end(), [&](std::uint32_t a, std::uint32_t b) {
-      return middles[a][axis] != middles[b][axis] ? middles[a][axis] < middles[b][axis] : a < b;
-    });
-    self(self, {some.begin(), middle});
-    self(self, {middle, some.end()});
-  };
-  halve(halve, order);
+    return box;
+  });
 }
 
 Result<std::vector<std::uint32_t>> ShardedBuild::State::regions_of(const Shard& shard) const {
