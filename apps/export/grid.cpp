@@ -125,10 +125,9 @@ std::string meta_data(const CellGrid& grid, const Point& origin, const Bounds3& 
 
 /// The meta data of a bundle that is a folder of the authors' program; empty for any other bundle.
 Result<std::string> kept_meta_data(const Bundle& bundle) {
-  const auto kept = bundle.reader().attachment(kMetaDataAttachment);
-  if (kept) return std::string(reinterpret_cast<const char*>(kept->data()), kept->size());
-  if (kept.error().code != ErrorCode::not_found) return fail(kept.error());
-  return std::string();
+  VANTAGE_TRY(const auto kept, bundle.attachment(kMetaDataAttachment));
+  if (!kept) return std::string();
+  return std::string(reinterpret_cast<const char*>(kept->data()), kept->size());
 }
 
 /// The file of a region of such a folder, which is named as its file.

@@ -42,12 +42,8 @@ Result<std::vector<Note>> decode(std::span<const std::byte> bytes) {
 }
 
 Result<std::vector<Note>> notes_in(const Bundle& bundle) {
-  const auto bytes = bundle.reader().attachment(kNotesAttachment);
-  if (!bytes) {
-    if (bytes.error().code == ErrorCode::not_found) return std::vector<Note>();
-    return fail(bytes.error());
-  }
-  return decode(*bytes);
+  VANTAGE_TRY(const auto bytes, bundle.attachment(kNotesAttachment));
+  return bytes ? decode(*bytes) : std::vector<Note>();
 }
 
 }  // namespace vantage::checks

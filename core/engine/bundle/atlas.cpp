@@ -124,11 +124,8 @@ Result<Atlas> Atlas::decode(std::span<const std::byte> bytes) {
 }
 
 Result<std::optional<Atlas>> Atlas::of_bundle(const Bundle& bundle) {
-  const auto stored = bundle.reader().attachment(kAttachment);
-  if (!stored) {
-    if (stored.error().code == ErrorCode::not_found) return std::optional<Atlas>();
-    return fail(stored.error());
-  }
+  VANTAGE_TRY(const auto stored, bundle.attachment(kAttachment));
+  if (!stored) return std::optional<Atlas>();
   VANTAGE_TRY(Atlas atlas, decode(*stored));
   if (!atlas.sites.empty() &&
       atlas.sites.back().region.value >= bundle.directory()->summary().regions) {

@@ -96,15 +96,18 @@ std::uint64_t Bundle::bytes() const {
 const MapReader& Bundle::reader() const noexcept { return *state_->reader; }
 const std::optional<Config>& Bundle::built_with() const noexcept { return state_->built_with; }
 
+Result<std::optional<std::vector<std::byte>>> Bundle::attachment(std::string_view name) const {
+  auto kept = reader().attachment(name);
+  if (kept || kept.error().code != ErrorCode::not_found) return kept;
+  return std::optional<std::vector<std::byte>>();
+}
+
 Result<std::optional<PluginChoice>> Bundle::indexed_by() const {
-  const auto index = reader().attachment(kPlaceIndex);
-  if (index) {
-    PluginChoice maker = built_with().value_or(Config{}).relocalizer_in_use();
-    maker.library.reset();  // that of the machine that built
-    return std::optional(std::move(maker));
-  }
-  if (index.error().code != ErrorCode::not_found) return fail(index.error());
-  return std::optional<PluginChoice>();
+  VANTAGE_TRY(const auto index, attachment(kPlaceIndex));
+  if (!index) return std::optional<PluginChoice>();
+  PluginChoice maker = built_with().value_or(Config{}).relocalizer_in_use();
+  maker.library.reset();  // that of the machine that built
+  return std::optional(std::move(maker));
 }
 
 Result<RegionMap> Bundle::get(RegionId region) const { return reader().get(region); }

@@ -39,11 +39,8 @@ Result<PredictedErrors> PredictedErrors::decode(std::span<const std::byte> bytes
 }
 
 Result<std::optional<PredictedErrors>> PredictedErrors::of_bundle(const Bundle& bundle) {
-  const auto bytes = bundle.reader().attachment(kAttachment);
-  if (!bytes) {
-    if (bytes.error().code == ErrorCode::not_found) return std::optional<PredictedErrors>();
-    return fail(bytes.error());
-  }
+  VANTAGE_TRY(const auto bytes, bundle.attachment(kAttachment));
+  if (!bytes) return std::optional<PredictedErrors>();
   VANTAGE_TRY(PredictedErrors errors, decode(*bytes, bundle.directory()->summary().regions));
   return std::optional<PredictedErrors>(std::move(errors));
 }

@@ -8,6 +8,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "vantage/api.hpp"
 #include "vantage/engine/config.hpp"
@@ -63,10 +64,14 @@ class VANTAGE_API Bundle {
   /// None if the bundle holds no configuration that this version can read.
   [[nodiscard]] const std::optional<Config>& built_with() const noexcept;
 
+  /// What is kept beside the regions under a name; none if nothing is.
+  /// Errors: those of MapReader::attachment, except `not_found`.
+  [[nodiscard]] Result<std::optional<std::vector<std::byte>>> attachment(
+      std::string_view name) const;
   /// The name of the index of places, in which a relocalizer searches, among the attachments.
   static constexpr const char* kPlaceIndex = "places";
   /// The relocalizer that made the index of places, with all its parameters; none if the bundle
-  /// keeps no index. Errors: those of MapReader::attachment, except `not_found`.
+  /// keeps no index. Errors: those of `attachment`.
   [[nodiscard]] Result<std::optional<PluginChoice>> indexed_by() const;
 
   /// The map of one region. Errors: those of MapReader::get.
