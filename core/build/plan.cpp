@@ -102,7 +102,7 @@ class Needs {
           plan_.viewpoints[r].empty() ? 0 : map_.points_in(needed_area(plan_, r, scope_, reach_));
       if (points_[r] > largest.points) largest = {r, points_[r]};
     }
-    if (largest.points <= memory / kBytesASeenPoint) return {};
+    if (largest.points <= std::min(memory / kBytesASeenPoint, kMostBlockPoints)) return {};
     return does_not_fit(plan_.partition.regions()[largest.region].label, largest.points, memory,
                         kBytesASeenPoint, kBytesASeenPoint * *std::ranges::max_element(points_));
   }

@@ -350,6 +350,43 @@ TEST_CASE("sharded build: a shard with nothing left to build needs no file, even
   CHECK_FALSE(std::filesystem::exists(parts / "shard_1_of_1-2.parts"));
 }
 
+/// Says that it has ten million times as many points.
+class CountsMany final : public MapParts {
+ public:
+  explicit CountsMany(PointCloud points) : few_(std::move(points)) {}
+  [[nodiscard]] Bounds3 bounds() const noexcept override { return few_.bounds(); }
+  [[nodiscard]] std::uint64_t points() const noexcept override { return few_.points(); }
+  [[nodiscard]] Result<void> pass(MapVisitor& visitor) const noexcept override {
+    return few_.pass(visitor);
+  }
+  [[nodiscard]] std::uint64_t points_in(const Bounds2& area) const override {
+    return 10'000'000 * few_.points_in(area);
+  }
+  [[nodiscard]] Result<MapPart> read(const Bounds2& area) const override { return few_.read(area); }
+
+ private:
+  PartsInMemory few_;
+};
+
+TEST_CASE("a plan refuses a region with more points than indices of 32 bits, whatever the memory") {
+  const CountsMany map(crowded_strips(-1));
+  for (const double range : {4.0, 9.0}) {
+    int calls = 0;
+    BuildPlugins plugins = plugins_of_strips(calls);
+    BuildParams params;
+    params.max_range = range;
+    const test::TemporaryFolder folder;
+    const auto build = ShardedBuild::open(
+        map, {}, plugins, params,
+        {.parts = folder.path() / "parts", .map_key = 1, .memory = std::uint64_t{1} << 50U});
+    CHECK(build.has_value() == (range == 4.0));
+    if (!build) {
+      CHECK(build.error().message.find("can be worked on at once") != std::string::npos);
+      CHECK_FALSE(std::filesystem::exists(folder.path() / "parts" / "plan"));
+    }
+  }
+}
+
 /// Its elements are the square metres with at least three points.
 class MatchesCrowds final : public ScanMatcher {
  public:
