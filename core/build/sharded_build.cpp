@@ -191,6 +191,11 @@ ShardedBuild::~ShardedBuild() = default;
 Result<ShardedBuild> ShardedBuild::open(const MapParts& map, PointsView trajectory,
                                         BuildPlugins& plugins, const BuildParams& params,
                                         ShardedBuildOptions options) {
+  if (params.effective_config.empty()) {
+    return fail(ErrorCode::invalid_input,
+                "a build in parts needs the text of its configuration, by which its processes know "
+                "that they make the same bundle");
+  }
   auto state = std::make_unique<State>();
   state->map = &map;
   state->plugins = &plugins;

@@ -79,6 +79,14 @@ class SeesWithin final : public VisibilityOperator {
   }
 };
 
+/// Of a build whose sensor reaches so far [m].
+BuildParams params_to(double max_range) {
+  BuildParams params;
+  params.max_range = max_range;
+  params.effective_config = "of a test";
+  return params;
+}
+
 /// The plugins of strips. @param calls  counts the calls of the ground filter
 BuildPlugins plugins_of_strips(
     int& calls, const std::shared_ptr<test::Memory>& memory = std::make_shared<test::Memory>()) {
@@ -147,6 +155,7 @@ TEST_CASE("sharded build: blocks tell what a region shows, or that a part of it 
     BuildPlugins plugins = plugins_of_strips(calls);
     plugins.partitioner = test::in_process<Asks, Partitioner>(questions, answers);
     params.max_range = 4.0;
+    params.effective_config = "of a test";
     const test::TemporaryFolder folder;
     if (in_parts) {
       const auto build =
@@ -200,8 +209,7 @@ TEST_CASE("sharded build: too little memory is told after the first block, of th
     const PartsInMemory map(crowded_strips(crowded));
     int calls = 0;
     BuildPlugins plugins = plugins_of_strips(calls);
-    BuildParams params;
-    params.max_range = 4.0;
+    BuildParams params = params_to(4.0);
     const test::TemporaryFolder folder;
     const auto open = [&](std::uint64_t memory, const char* parts) {
       calls = 0;
@@ -237,8 +245,7 @@ TEST_CASE("sharded build: the store gets from blocks what it gets from a map in 
   for (const auto scope : {VisibilityScope::map, VisibilityScope::region}) {
     CAPTURE(scope);
     int calls = 0;
-    BuildParams params;
-    params.max_range = 4.0;
+    BuildParams params = params_to(4.0);
     params.scope = scope;
     params.min_views = 2;
     params.views = true;
@@ -288,9 +295,8 @@ TEST_CASE("sharded build: viewpoints far from all points are counted, in parts a
       CAPTURE(scope);
       CAPTURE(views);
       int calls = 0;
-      BuildParams params;
+      BuildParams params = params_to(4.0);
       params.viewpoints = {.source = ViewpointSource::trajectory, .voxel_size = 1.0};
-      params.max_range = 4.0;
       params.scope = scope;
       params.views = views;
 
@@ -333,8 +339,7 @@ TEST_CASE("sharded build: a shard with nothing left to build needs no file, even
   const PartsInMemory map(crowded_strips(13));
   int calls = 0;
   BuildPlugins plugins = plugins_of_strips(calls);
-  BuildParams params;
-  params.max_range = 4.0;
+  BuildParams params = params_to(4.0);
   const test::TemporaryFolder folder;
   const auto parts = folder.path() / "parts";
   auto build = ShardedBuild::open(map, {}, plugins, params,
@@ -368,13 +373,25 @@ class CountsMany final : public MapParts {
   PartsInMemory few_;
 };
 
+TEST_CASE("a build in parts is refused without a configuration, by which builds are told apart") {
+  const PartsInMemory map(crowded_strips(-1));
+  int calls = 0;
+  BuildPlugins plugins = plugins_of_strips(calls);
+  const BuildParams params;
+  const test::TemporaryFolder folder;
+  const auto parts = folder.path() / "parts";
+  const auto build = ShardedBuild::open(map, {}, plugins, params, {.parts = parts});
+  REQUIRE_FALSE(build);
+  CHECK(build.error().code == ErrorCode::invalid_input);
+  CHECK_FALSE(std::filesystem::exists(parts));
+}
+
 TEST_CASE("a plan refuses a region with more points than indices of 32 bits, whatever the memory") {
   const CountsMany map(crowded_strips(-1));
   for (const double range : {4.0, 9.0}) {
     int calls = 0;
     BuildPlugins plugins = plugins_of_strips(calls);
-    BuildParams params;
-    params.max_range = range;
+    BuildParams params = params_to(range);
     const test::TemporaryFolder folder;
     const auto build = ShardedBuild::open(
         map, {}, plugins, params,
@@ -484,8 +501,7 @@ TEST_CASE("sharded build: what is too sparse for the matcher does not depend on 
       if (select) plugins.selector = test::in_process<TakesTheFirst, Selector>();
       return plugins;
     };
-    BuildParams params;
-    params.max_range = 4.0;
+    BuildParams params = params_to(4.0);
     params.content = StoredContent::prepared;
     params.selection.share = 0.5;
     const auto in_memory = [&](const PointCloud& points, const auto& memory) {
@@ -541,8 +557,7 @@ TEST_CASE("elements that take no bytes are all kept if what is stored fits, else
     BuildPlugins plugins = plugins_of_strips(calls, memory);
     plugins.matcher = test::in_process<MatchesCrowds, ScanMatcher>(std::size_t{1000});
     plugins.selector = test::in_process<TakesTheFirst, Selector>();
-    BuildParams params;
-    params.max_range = 4.0;
+    BuildParams params = params_to(4.0);
     params.content = StoredContent::prepared;
     params.selection.max_bytes = budget;
     const auto report = build_region_maps(crowded_strips(13), {}, plugins, params);
@@ -582,8 +597,7 @@ TEST_CASE("sharded build: merge refuses a map that no viewpoint sees, and keeps 
   const auto memory = std::make_shared<test::Memory>();
   int calls = 0;
   BuildPlugins plugins = plugins_of_strips(calls, memory);
-  BuildParams params;
-  params.max_range = 4.0;
+  BuildParams params = params_to(4.0);
   params.viewpoints.sensor_height = 180.0;
   const test::TemporaryFolder folder;
   const auto parts = folder.path() / "parts";

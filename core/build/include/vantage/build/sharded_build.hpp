@@ -61,7 +61,8 @@ class ShardedBuild {
   /// Errors: `unsupported` for a plugin or an option that needs the whole map at once;
   /// `already_exists` for a folder that is not one of parts, or that has those of another build: of
   /// another map, another configuration or other versions of the program and its plugins;
-  /// `invalid_input` for a region that does not fit into the memory, as soon as that is known;
+  /// `invalid_input` for an empty effective_config, which alone tells builds with other parameters
+  /// apart, and for a region that does not fit into the memory, as soon as that is known;
   /// `corrupt_data`; `io_failure`; those of build_region_maps.
   [[nodiscard]] VANTAGE_API static Result<ShardedBuild> open(const MapParts& map,
                                                              PointsView trajectory,
