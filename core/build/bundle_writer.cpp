@@ -98,8 +98,6 @@ Result<BuildReport> BundleWriter::commit() && {
     VANTAGE_CHECK(keep_attachment(*bundle_, name, bytes));
   }
   VANTAGE_CHECK(std::move(*bundle_).commit());
-  report_.seconds_visibility = stopwatch_.seconds();
-  report_.core_seconds_visibility = cpu_.seconds();
   return std::move(report_);
 }
 

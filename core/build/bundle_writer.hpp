@@ -7,7 +7,6 @@
 #include "build/condense.hpp"
 #include "build/plan.hpp"
 #include "vantage/build/build.hpp"
-#include "vantage/kit/stopwatch.hpp"
 #include "vantage/result.hpp"
 
 namespace vantage {
@@ -25,7 +24,8 @@ class BundleWriter {
   /// @param map  of the region's indices
   /// Errors: those of the store.
   [[nodiscard]] Result<void> take(std::uint32_t region, PointsView map, BuiltRegion built);
-  /// Keeps the attachments of the parameters, and makes the bundle visible.
+  /// Keeps the attachments of the parameters, and makes the bundle visible. The report lacks what
+  /// the writer cannot know: the time that visibility took, and choosing elements.
   /// Errors: those of the store; `too_few_matches` if prepared maps are stored and none has an
   /// element, though points are seen.
   [[nodiscard]] Result<BuildReport> commit() &&;
@@ -39,8 +39,6 @@ class BundleWriter {
   PluginPtr<MapWriter> bundle_;
   BuildReport report_;
   std::optional<PredictedErrors> predicted_;  // none: no selector chooses elements
-  Stopwatch stopwatch_;
-  CpuStopwatch cpu_;
 };
 
 }  // namespace vantage

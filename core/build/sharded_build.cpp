@@ -299,6 +299,8 @@ Result<BuildReport> ShardedBuild::merge(const Progress& progress) {
                         state.options.parts);
   }
   VANTAGE_TRY(const auto blocks, state.blocks(state.order, kBytesAMergedPoint));
+  const Stopwatch stopwatch;
+  const CpuStopwatch cpu;
   VANTAGE_TRY(BundleWriter writer, BundleWriter::begin(state.plan, *state.plugins, *state.params));
   Meter meter(meter_start(state.plan), progress);
   for (const RegionBlock& block : blocks) {
@@ -306,9 +308,10 @@ Result<BuildReport> ShardedBuild::merge(const Progress& progress) {
   }
   VANTAGE_TRY(BuildReport report, std::move(writer).commit());
   report.seconds_partition = state.seconds_plan;
-  report.seconds_visibility += state.seconds_building;
+  report.seconds_visibility = stopwatch.seconds() + state.seconds_building;
   report.core_seconds_selection = state.core_seconds_selection;
-  report.core_seconds_visibility += state.core_seconds_building - state.core_seconds_selection;
+  report.core_seconds_visibility =
+      cpu.seconds() + state.core_seconds_building - state.core_seconds_selection;
   remove_parts(state.options.parts, parts);
   return report;
 }
