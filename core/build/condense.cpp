@@ -68,7 +68,7 @@ Result<BuiltRegion> Condenser::thin(Observable observable,
       stored.views.push_back(kept.views[from]);
     }
   }
-  if (whole_) region.observable = std::move(kept.points);
+  if (whole_ && !selection_) region.observable = std::move(kept.points);
   return region;
 }
 
