@@ -227,7 +227,7 @@ class Surfaces::Follower {
   void find_cubes() {
     const Eigen::Vector2d side = Eigen::Vector2d::Constant(range_ + double{all_.widest_});
     const Eigen::Vector2d low = sensor_.head<2>() - side, high = sensor_.head<2>() + side;
-    for (const std::uint32_t k : all_.plan_.near(low, high)) {
+    for (const std::uint32_t k : all_.plan_->near(low, high)) {
       const Eigen::Vector3f to = (all_.cube_middles_[k] - sensor_).cast<float>();
       const float from = (to.array().abs() - all_.cubes_[k].half.array()).max(0.0F).matrix().norm();
       if (double{from} <= range_) near_.push_back({to, from, k});

@@ -188,32 +188,43 @@ Bounds3 box_around(std::span<const Disc> discs) {
 
 }  // namespace
 
-struct Surfaces::Parts {
-  PointCloud middles;
-  std::vector<Discs> discs;
-  PointCloud cube_middles;
-  std::vector<Cube> cubes;
-
-  void add_cube(std::size_t voxels) {
-    const std::uint32_t begin = cubes.empty() ? 0 : cubes.back().end;
-    const auto groups = static_cast<std::uint32_t>((voxels + kLanes - 1) / kLanes);
-    cubes.push_back({.begin = begin, .end = begin + groups, .half = Eigen::Vector3f::Zero()});
+Surfaces::Surfaces(PointsView map) {
+  const std::vector<SurfaceVoxel> voxels = surface_voxels_of(map);
+  std::vector<std::pair<std::uint64_t, std::uint32_t>> order;  // by cube
+  for (std::uint32_t k = 0; k < voxels.size(); ++k) order.emplace_back(cube_of(voxels[k].key), k);
+  std::ranges::sort(order);
+  std::vector<std::size_t> begins;  // of each cube in `order`, and the end
+  for (std::size_t k = 0; k < order.size(); ++k) {
+    if (k == 0 || order[k].first != order[k - 1].first) begins.push_back(k);
   }
-  void make_room() {
-    discs.resize(cubes.empty() ? 0 : cubes.back().end, nowhere());
-    middles.resize(kLanes * discs.size(), Point::Constant(kNowhere));
-    cube_middles.resize(cubes.size());
+  begins.push_back(order.size());
+  std::uint32_t groups = 0;
+  for (std::size_t c = 0; c + 1 < begins.size(); ++c) {
+    const std::uint32_t begin = groups;
+    groups += static_cast<std::uint32_t>((begins[c + 1] - begins[c] + kLanes - 1) / kLanes);
+    cubes_.push_back({.begin = begin, .end = groups, .half = Eigen::Vector3f::Zero()});
   }
-  void fill(std::size_t c, std::span<const Disc> of_cube) {
-    Cube& cube = cubes[c];
+  constexpr float kNowhere = 1e6F;  // [m]
+  Discs nowhere{};
+  nowhere.x.fill(kNowhere);
+  nowhere.radius.fill(0.0F);
+  discs_.resize(groups, nowhere);
+  middles_.resize(kLanes * discs_.size(), Point::Constant(kNowhere));
+  cube_middles_.resize(cubes_.size());
+  tbb::parallel_for(std::size_t{0}, cubes_.size(), [&](std::size_t c) {
+    std::vector<Disc> of_cube;
+    for (std::size_t k = begins[c]; k < begins[c + 1]; ++k) {
+      of_cube.push_back(disc_of(map, voxels, voxels[order[k].second]));
+    }
+    Cube& cube = cubes_[c];
     const Bounds3 box = box_around(of_cube);
-    cube_middles[c] = 0.5 * (box.min + box.max);
+    cube_middles_[c] = 0.5 * (box.min + box.max);
     cube.half = (0.5 * (box.max - box.min)).cast<float>();
     for (std::size_t k = 0; k < of_cube.size(); ++k) {
       const Disc& disc = of_cube[k];
-      const Eigen::Vector3f to = (disc.middle - cube_middles[c]).cast<float>();
+      const Eigen::Vector3f to = (disc.middle - cube_middles_[c]).cast<float>();
       const std::size_t lane = k % kLanes;
-      Discs& some = discs[cube.begin + k / kLanes];
+      Discs& some = discs_[cube.begin + k / kLanes];
       some.x[lane] = to.x();
       some.y[lane] = to.y();
       some.z[lane] = to.z();
@@ -221,56 +232,12 @@ struct Surfaces::Parts {
       some.normal_y[lane] = disc.normal.y();
       some.normal_z[lane] = disc.normal.z();
       some.radius[lane] = disc.radius;
-      middles[kLanes * cube.begin + k] = disc.middle;
+      middles_[kLanes * cube.begin + k] = disc.middle;
     }
-  }
-
- private:
-  static constexpr float kNowhere = 1e6F;  // [m]
-  [[nodiscard]] static Discs nowhere() {
-    Discs discs{};
-    discs.x.fill(kNowhere);
-    discs.radius.fill(0.0F);
-    return discs;
-  }
-};
-
-Surfaces::Surfaces(PointsView map) : Surfaces(parts_of(map)) {}
-
-Surfaces::Surfaces(Parts parts)
-    : middles_(std::move(parts.middles)),
-      discs_(std::move(parts.discs)),
-      cube_middles_(std::move(parts.cube_middles)),
-      cubes_(std::move(parts.cubes)),
-      plan_(cube_middles_, cube_middles_.size(),
-            [](std::size_t k) { return static_cast<std::uint32_t>(k); }) {
-  for (const Cube& cube : cubes_) widest_ = std::max(widest_, cube.half.head<2>().maxCoeff());
-}
-
-Surfaces::Parts Surfaces::parts_of(PointsView map) {
-  if (map.empty()) return {};
-  const std::vector<SurfaceVoxel> voxels = surface_voxels_of(map);
-  std::vector<std::pair<std::uint64_t, std::uint32_t>> order;  // by cube
-  for (std::uint32_t k = 0; k < voxels.size(); ++k) order.emplace_back(cube_of(voxels[k].key), k);
-  std::ranges::sort(order);
-  Parts all;
-  std::vector<std::size_t> begins;  // of each cube in `order`, and the end
-  for (std::size_t k = 0; k < order.size(); ++k) {
-    if (k > 0 && order[k].first == order[k - 1].first) continue;
-    if (k > 0) all.add_cube(k - begins.back());
-    begins.push_back(k);
-  }
-  all.add_cube(order.size() - begins.back());
-  begins.push_back(order.size());
-  all.make_room();
-  tbb::parallel_for(std::size_t{0}, all.cubes.size(), [&](std::size_t c) {
-    std::vector<Disc> discs;
-    for (std::size_t k = begins[c]; k < begins[c + 1]; ++k) {
-      discs.push_back(disc_of(map, voxels, voxels[order[k].second]));
-    }
-    all.fill(c, discs);
   });
-  return all;
+  for (const Cube& cube : cubes_) widest_ = std::max(widest_, cube.half.head<2>().maxCoeff());
+  plan_.emplace(cube_middles_, cube_middles_.size(),
+                [](std::size_t k) { return static_cast<std::uint32_t>(k); });
 }
 
 }  // namespace vantage

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "build/plan_index.hpp"
@@ -54,19 +55,15 @@ class Surfaces {
     std::uint32_t begin, end;  // in `discs`
     Eigen::Vector3f half;      // edges of the box around them [m]
   };
-  struct Parts;
   class Raster;
   class Follower;
-
-  explicit Surfaces(Parts parts);
-  [[nodiscard]] static Parts parts_of(PointsView map);
 
   PointCloud middles_;  // kLanes for each of `discs`, map frame [m]
   std::vector<Discs> discs_;
   PointCloud cube_middles_;  // of the boxes, map frame [m]
   std::vector<Cube> cubes_;
-  float widest_ = 0.0F;  // of the halves of edges in the plan [m]
-  PlanIndex plan_;       // of the cubes
+  float widest_ = 0.0F;            // of the halves of edges in the plan [m]
+  std::optional<PlanIndex> plan_;  // of the cubes; made when their places are known
 };
 
 }  // namespace vantage
