@@ -11,7 +11,7 @@
 #include "bundle/built_as_asked.hpp"
 #include "bundle/find_store.hpp"
 #include "localize/place_index.hpp"
-#include "vantage/kit/map_parts.hpp"
+#include "vantage/kit/map_in_memory.hpp"
 #include "vantage/kit/stopwatch.hpp"
 
 namespace vantage {
@@ -74,19 +74,12 @@ Result<void> Assessment::check_map(std::uint64_t points, const Bounds3& bounds) 
 
 Result<AssessmentReport> Assessment::run(PointsView map, const Progress& progress) {
   VANTAGE_CHECK(check_points(map, "the map"));
-  VANTAGE_CHECK(check_map(map.size(), bounds_of(map)));
-  return measure(hits_in(map, max_range_), progress);
+  return run(MapInMemory(map), progress);
 }
 
 Result<AssessmentReport> Assessment::run(const MapParts& map, const Progress& progress) {
   VANTAGE_CHECK(check_map(map.points(), map.bounds()));
-  return measure(hits_in(map, max_range_), progress);
-}
-
-double Assessment::reach() const noexcept { return reach_of_hits(max_range_); }
-
-Result<AssessmentReport> Assessment::measure(
-    const std::function<Result<PointCloud>(const Point&)>& hits_at, const Progress& progress) {
+  const HitsAt hits_at = hits_in(map, max_range_);
   const Stopwatch stopwatch;
   const CpuStopwatch cpu;
   VANTAGE_TRY(const auto viewpoints, viewpoints_of(bundle_));
@@ -110,5 +103,7 @@ Result<AssessmentReport> Assessment::measure(
   report.core_seconds = cpu.seconds();
   return report;
 }
+
+double Assessment::reach() const noexcept { return reach_of_hits(max_range_); }
 
 }  // namespace vantage

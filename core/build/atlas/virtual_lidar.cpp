@@ -112,12 +112,11 @@ PointCloud VirtualLidar::hits(const Point& sensor) const {
   return hits;
 }
 
-HitsAt hits_in(PointsView map, double max_range) {
-  const auto lidar = std::make_shared<const VirtualLidar>(map, max_range);
-  return [lidar](const Point& sensor) -> Result<PointCloud> { return lidar->hits(sensor); };
-}
-
 HitsAt hits_in(const MapParts& map, double max_range) {
+  if (const Result<PointsView> all = map.in_memory()) {
+    const auto lidar = std::make_shared<const VirtualLidar>(*all, max_range);
+    return [lidar](const Point& sensor) -> Result<PointCloud> { return lidar->hits(sensor); };
+  }
   return [&map, max_range](const Point& sensor) -> Result<PointCloud> {
     const Bounds2 here{sensor.head<2>(), sensor.head<2>()};
     VANTAGE_TRY(const MapPart around, map.read(with_margin(here, reach_of_hits(max_range))));

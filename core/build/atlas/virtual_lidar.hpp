@@ -35,11 +35,10 @@ class VirtualLidar {
 
 /// The points that a VirtualLidar at a place hits. It may be asked from several threads at once.
 using HitsAt = std::function<Result<PointCloud>(const Point& sensor)>;
-/// In a map in memory, and in one of which only the part around each place is read. The same map
-/// gives the same points. The map is borrowed.
-[[nodiscard]] HitsAt hits_in(PointsView map, double max_range);
+/// Of a map that is not in memory, only the part around each place is read. The same map gives the
+/// same points, wherever it is. The map is borrowed.
 [[nodiscard]] HitsAt hits_in(const MapParts& map, double max_range);
-/// How far around a place the latter reads the map, in plan view [m].
+/// How far around a place the map is read, in plan view [m].
 [[nodiscard]] double reach_of_hits(double max_range) noexcept;
 
 /// Makes a scan from the points that rays hit. The scan is as imperfect as one of another day: its

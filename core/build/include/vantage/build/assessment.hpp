@@ -68,9 +68,6 @@ class VANTAGE_API Assessment {
 
  private:
   [[nodiscard]] Result<void> check_map(std::uint64_t points, const Bounds3& bounds) const;
-  /// @param hits_at  the points that a virtual LiDAR at a place hits
-  [[nodiscard]] Result<AssessmentReport> measure(
-      const std::function<Result<PointCloud>(const Point&)>& hits_at, const Progress& progress);
 
   Bundle bundle_;
   PluginPtr<ScanMatcher> matcher_;
