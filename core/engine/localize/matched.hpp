@@ -19,7 +19,7 @@ template <class T>
   return fail(std::move(answer).error());
 }
 
-/// Whether an alignment is one: a plugin may compute numbers that are none.
+/// Whether an alignment has a rigid pose and finite numbers. A plugin may return others.
 [[nodiscard]] inline bool is_sound(const Alignment& alignment) {
   const ScanScore& score = alignment.score;
   return is_valid(alignment.T_map_scan) && alignment.hessian.allFinite() &&

@@ -65,9 +65,8 @@ Result<PluginPtr<RelocalizerIndex>> open_index(const Bundle& bundle,
                                                const BundleRelocalizer& relocalizer) {
   if (!relocalizer.plugin) return PluginPtr<RelocalizerIndex>();
   if (relocalizer.reads_index) {
-    const auto kept = bundle.reader().attachment(Bundle::kPlaceIndex);
+    VANTAGE_TRY(const auto kept, bundle.attachment(Bundle::kPlaceIndex));
     if (kept) return opened_by(relocalizer.plugin, *kept);
-    if (kept.error().code != ErrorCode::not_found) return fail(kept.error());
   }
   VANTAGE_TRY(const PointCloud points, points_of(bundle));
   if (points.empty()) return PluginPtr<RelocalizerIndex>();
