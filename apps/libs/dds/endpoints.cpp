@@ -6,12 +6,15 @@
 
 namespace vantage::dds {
 
-Misfit Endpoints::other_type(const Own& own, const Mine& mine, const Other& other) {
+Misfit Endpoints::other_type(const Mine& mine, const Other& other) {
   return {.topic = mine.shown,
-          .is_read = own.second,
-          .policy = {},
+          .is_read = other.meets.second,
           .own_type = type_of_name(mine.type),
           .other_type = type_of_name(other.type)};
+}
+
+Misfit Endpoints::other_policy(const Own& own, const Mine& mine, const std::string& policy) {
+  return {.topic = mine.shown, .is_read = own.second, .policy = policy};
 }
 
 void Endpoints::tell(const std::vector<Misfit>& found) const {
@@ -25,8 +28,7 @@ void Endpoints::add(const Own& own, const std::string& shown, const std::string&
     const std::scoped_lock lock(mutex_);
     const Mine& mine = mine_.emplace(own, Mine{shown, type, {}}).first->second;
     for (const auto& [guid, other] : others_) {
-      if (Own{other.topic, other.is_writer} != own || other.type == mine.type) continue;
-      found.push_back(other_type(own, mine, other));
+      if (other.meets == own && other.type != mine.type) found.push_back(other_type(mine, other));
     }
   }
   tell(found);
@@ -37,10 +39,11 @@ void Endpoints::find(const Guid& guid, const std::string& topic, const std::stri
   std::vector<Misfit> found;
   {
     const std::scoped_lock lock(mutex_);
-    const auto [other, is_new] = others_.emplace(guid, Other{topic, type, is_writer, {}});
+    const auto [other, is_new] =
+        others_.emplace(guid, Other{.meets = {topic, is_writer}, .type = type});
     const auto mine = mine_.find({topic, is_writer});
     if (is_new && mine != mine_.end() && mine->second.type != type) {
-      found.push_back(other_type(mine->first, mine->second, other->second));
+      found.push_back(other_type(mine->second, other->second));
     }
   }
   tell(found);
@@ -49,7 +52,6 @@ void Endpoints::find(const Guid& guid, const std::string& topic, const std::stri
 void Endpoints::lose(const Guid& guid) {
   const std::scoped_lock lock(mutex_);
   others_.erase(guid);
-  matched_.erase(guid);
 }
 
 void Endpoints::match(const Guid& guid) {
@@ -57,12 +59,13 @@ void Endpoints::match(const Guid& guid) {
   const auto other = others_.find(guid);
   if (other == others_.end()) return;  // it went while DDS was matching it
   other->second.policies.clear();
-  matched_.insert(guid);
+  other->second.is_matched = true;
 }
 
 void Endpoints::unmatch(const Guid& guid) {
   const std::scoped_lock lock(mutex_);
-  matched_.erase(guid);
+  const auto other = others_.find(guid);
+  if (other != others_.end()) other->second.is_matched = false;
 }
 
 void Endpoints::refuse(const Own& own, const std::map<std::string, std::uint32_t>& counts) {
@@ -77,16 +80,12 @@ void Endpoints::refuse(const Own& own, const std::map<std::string, std::uint32_t
       if (count <= before) continue;
       before = count;
       policies.insert(policy);
-      found.push_back({.topic = mine->second.shown,
-                       .is_read = own.second,
-                       .policy = policy,
-                       .own_type = {},
-                       .other_type = {}});
+      found.push_back(other_policy(own, mine->second, policy));
     }
     // DDS does not say whose they are: those of the endpoints that nothing is known of.
     for (auto& [guid, other] : others_) {
-      if (Own{other.topic, other.is_writer} != own || other.type != mine->second.type) continue;
-      if (other.policies.empty() && !matched_.contains(guid)) other.policies = policies;
+      if (other.meets != own || other.type != mine->second.type) continue;
+      if (other.policies.empty() && !other.is_matched) other.policies = policies;
     }
   }
   tell(found);
@@ -99,18 +98,14 @@ std::vector<Misfit> Endpoints::misfits() const {
     if (std::ranges::find(found, one) == found.end()) found.push_back(std::move(one));
   };
   for (const auto& [guid, other] : others_) {
-    const auto mine = mine_.find({other.topic, other.is_writer});
-    if (mine == mine_.end() || matched_.contains(guid)) continue;
+    const auto mine = mine_.find(other.meets);
+    if (mine == mine_.end() || other.is_matched) continue;
     if (other.type != mine->second.type) {
-      add(other_type(mine->first, mine->second, other));
+      add(other_type(mine->second, other));
       continue;
     }
     for (const std::string& policy : other.policies) {
-      add({.topic = mine->second.shown,
-           .is_read = other.is_writer,
-           .policy = policy,
-           .own_type = {},
-           .other_type = {}});
+      add(other_policy(other.meets, mine->second, policy));
     }
   }
   return found;

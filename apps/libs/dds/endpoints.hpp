@@ -15,11 +15,11 @@ namespace vantage::dds {
 /// Another node's endpoint that does not fit one of this node, so that no message passes: by its
 /// quality of service, or because its type is another one.
 struct Misfit {
-  std::string topic;       ///< or service, as this node names it
-  bool is_read = false;    ///< by this node
-  std::string policy;      ///< "RELIABILITY", as ROS 2 names it; empty if the types differ
-  std::string own_type;    ///< "sensor_msgs/PointCloud2", if the types differ
-  std::string other_type;  ///< as ROS 2 names it, or as it is on the wire
+  std::string topic = {};       ///< or service, as this node names it
+  bool is_read = false;         ///< by this node
+  std::string policy = {};      ///< "RELIABILITY", as ROS 2 names it; empty if the types differ
+  std::string own_type = {};    ///< "sensor_msgs/PointCloud2", if the types differ
+  std::string other_type = {};  ///< as ROS 2 names it, or as it is on the wire
 
   bool operator==(const Misfit&) const = default;
 };
@@ -36,10 +36,10 @@ class Endpoints {
   /// A topic on the wire, and whether this node reads it.
   using Own = std::pair<std::string, bool>;
 
-  /// @param sink  is told once of each misfit of each endpoint; may be empty
+  /// @param sink  hears once of each misfit of each endpoint; may be empty
   explicit Endpoints(MisfitSink sink) : sink_(std::move(sink)) {}
 
-  /// An endpoint of this node. To be told before DDS makes it.
+  /// An endpoint of this node. Call it before DDS makes the endpoint.
   /// @param shown  its topic or service, as this node names it
   /// @param type   on the wire
   void add(const Own& own, const std::string& shown, const std::string& type);
@@ -63,18 +63,20 @@ class Endpoints {
     std::map<std::string, std::uint32_t> counts;  // as DDS told them
   };
   struct Other {
-    std::string topic, type;
-    bool is_writer;
-    std::set<std::string> policies;  // by which it does not fit
+    Own meets;  // such an endpoint of this node, if there is one
+    std::string type;
+    bool is_matched = false;
+    std::set<std::string> policies = {};  // by which it does not fit
   };
-  [[nodiscard]] static Misfit other_type(const Own& own, const Mine& mine, const Other& other);
+  [[nodiscard]] static Misfit other_type(const Mine& mine, const Other& other);
+  [[nodiscard]] static Misfit other_policy(const Own& own, const Mine& mine,
+                                           const std::string& policy);
   void tell(const std::vector<Misfit>& found) const;
 
   MisfitSink sink_;
   mutable std::mutex mutex_;
   std::map<Own, Mine> mine_;
   std::map<Guid, Other> others_;
-  std::set<Guid> matched_;
 };
 
 }  // namespace vantage::dds

@@ -1,6 +1,6 @@
 #pragma once
 
-// What this node is told by DDS, in threads of DDS.
+// What DDS tells this node, in threads of DDS.
 
 #include <algorithm>
 #include <cstdint>

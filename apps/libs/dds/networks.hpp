@@ -5,8 +5,8 @@
 
 namespace vantage::dds {
 
-/// The interfaces of networks that are up, with their addresses: "eth0 10.0.0.2". Without the
-/// loopback, which leads to nobody else.
+/// The network interfaces that are up, with their addresses: "eth0 10.0.0.2". The loopback is not
+/// among them: it reaches no other computer.
 [[nodiscard]] std::set<std::string> networks();
 
 }  // namespace vantage::dds

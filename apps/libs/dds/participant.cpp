@@ -27,10 +27,9 @@ namespace {
 constexpr std::string_view kDiscoveryTopic = "ros_discovery_info";
 constexpr std::string_view kDiscoveryType = "rmw_dds_common/ParticipantEntitiesInfo";
 
-template <class Guid>
-std::string bytes_of(const Guid& guid, std::size_t size) {
-  std::string bytes(reinterpret_cast<const char*>(guid.guidPrefix.value), 12);
-  bytes.append(reinterpret_cast<const char*>(guid.entityId.value), 4);
+std::string bytes_of(const rtps::GUID_t& guid, std::size_t size) {
+  const Endpoints::Guid all = guid_of(guid);
+  std::string bytes(all.begin(), all.end());
   bytes.resize(size, '\0');
   return bytes;
 }

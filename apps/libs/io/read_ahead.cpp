@@ -10,7 +10,7 @@
 namespace vantage::io {
 namespace {
 
-constexpr std::size_t kAhead = 1;  // scans, besides the one that is read then
+constexpr std::size_t kAhead = 1;  // scans that wait; the thread holds one more
 
 class ReadAhead final : public ScanSource {
  public:

@@ -5,7 +5,7 @@
 
 namespace vantage::live {
 
-/// By a clock that nobody sets, for durations; see Received::arrival [ns].
+/// The time by a clock that only runs forward, for durations; see Received::arrival [ns].
 [[nodiscard]] inline std::int64_t now() {
   return std::chrono::nanoseconds(std::chrono::steady_clock::now().time_since_epoch()).count();
 }

@@ -29,9 +29,10 @@ namespace vantage::live {
                                                           const std::string& node,
                                                           Notices& notices);
 
-/// Keeps a node connected. A participant is in the networks that are up when it is made. If there
-/// is none, it is made anew once there is one. If others came, that is told: to be made anew would
-/// interrupt the nodes that it reaches.
+/// Keeps a node connected. A participant is in the networks that are up when it is made. If no
+/// network is up then, the connection makes the participant anew once one is. It only reports
+/// networks that come up later: a new participant would interrupt the nodes that the old one
+/// reaches.
 class Connection {
  public:
   using Networks = std::function<std::set<std::string>()>;
@@ -43,7 +44,7 @@ class Connection {
 
   /// Errors: those of `connect`.
   [[nodiscard]] Result<void> open();
-  /// Looks for networks, once a second. A failure to connect anew is told, and tried again.
+  /// Looks for networks, once a second. If connecting anew fails, it says so and tries again.
   void follow(std::chrono::steady_clock::time_point now);
   /// Why it is not connected now.
   [[nodiscard]] const std::optional<std::string>& trouble() const noexcept { return trouble_; }
