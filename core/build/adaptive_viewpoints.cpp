@@ -7,7 +7,7 @@
 #include <map>
 #include <tuple>
 
-#include "vantage/index_set.hpp"
+#include "vantage/kit/index_set.hpp"
 
 namespace vantage {
 namespace {

@@ -3,7 +3,7 @@
 #include <utility>
 
 #include "vantage/build/thinning.hpp"
-#include "vantage/index_set.hpp"
+#include "vantage/kit/index_set.hpp"
 #include "vantage/scan_matcher.hpp"
 
 namespace vantage {

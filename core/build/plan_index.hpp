@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "vantage/index_set.hpp"
+#include "vantage/kit/index_set.hpp"
 #include "vantage/point_cloud.hpp"
 
 namespace vantage {

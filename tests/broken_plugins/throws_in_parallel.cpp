@@ -1,15 +1,16 @@
-// Throws from a method that core calls from many threads at once: with OUT_OF_MEMORY into
+// Throws from a method that the kit calls from many threads at once: with OUT_OF_MEMORY into
 // `guarded`, which no exception leaves, and otherwise out of it.
 #include <new>
 #include <stdexcept>
 
+#include "vantage/kit/scene_by_viewpoint.hpp"
 #include "vantage/plugin.hpp"
 
 namespace {
 
-class Scene final : public vantage::VisibilityScene {
+class Scene final : public vantage::SceneByViewpoint {
  public:
-  explicit Scene(std::size_t map_size) : VisibilityScene(map_size) {}
+  explicit Scene(std::size_t map_size) : SceneByViewpoint(map_size) {}
   [[nodiscard]] vantage::Result<vantage::IndexList> visible(
       const vantage::Point&) const noexcept override {
 #ifdef OUT_OF_MEMORY

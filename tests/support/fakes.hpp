@@ -14,6 +14,7 @@
 #include "vantage/engine/plugin_loader.hpp"
 #include "vantage/ground_filter.hpp"
 #include "vantage/kit/directory_of.hpp"
+#include "vantage/kit/scene_by_viewpoint.hpp"
 #include "vantage/map_store.hpp"
 #include "vantage/partitioner.hpp"
 #include "vantage/scan_matcher.hpp"
@@ -68,10 +69,10 @@ class SeesNear final : public VisibilityOperator {
   explicit SeesNear(double limit = 1e9) : limit_(limit) {}
   [[nodiscard]] Result<std::unique_ptr<VisibilityScene>> prepare(
       PointsView map, const VisibilityLimits& limits) const noexcept override {
-    class Scene final : public VisibilityScene {
+    class Scene final : public SceneByViewpoint {
      public:
       Scene(PointsView map, double range, double limit)
-          : VisibilityScene(map.size()), map_(map), range_(range), limit_(limit) {}
+          : SceneByViewpoint(map.size()), map_(map), range_(range), limit_(limit) {}
       [[nodiscard]] Result<IndexList> visible(const Point& viewpoint) const noexcept override {
         if (viewpoint.x() > limit_) return fail(ErrorCode::invalid_input, "too far east");
         IndexList indices;

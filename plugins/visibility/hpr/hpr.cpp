@@ -9,20 +9,22 @@
 
 #include "hidden_point_removal.hpp"
 #include "vantage/kit/plugin_of.hpp"
+#include "vantage/kit/scene_by_viewpoint.hpp"
 #include "vantage/kit/visibility_checks.hpp"
 
 namespace {
 
 using vantage::IndexList, vantage::Point, vantage::PointsView, vantage::Result,
-    vantage::VisibilityLimits, vantage::VisibilityProgress, vantage::VisibilityScene;
+    vantage::SceneByViewpoint, vantage::VisibilityLimits, vantage::VisibilityProgress,
+    vantage::VisibilityScene;
 using vantage::hpr::Kernel;
 
 constexpr double kDefaultAlpha = 100.0;  // Sec. 3.2.2
 
-class Scene final : public VisibilityScene {
+class Scene final : public SceneByViewpoint {
  public:
   Scene(PointsView map, const vantage::hpr::Settings& settings)
-      : VisibilityScene(map.size()), hpr_(map, settings) {}
+      : SceneByViewpoint(map.size()), hpr_(map, settings) {}
 
   [[nodiscard]] Result<IndexList> visible(const Point& viewpoint) const noexcept override {
     return vantage::guarded([&]() -> Result<IndexList> {

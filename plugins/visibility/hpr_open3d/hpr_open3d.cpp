@@ -13,12 +13,13 @@
 #include <vector>
 
 #include "vantage/kit/plugin_of.hpp"
+#include "vantage/kit/scene_by_viewpoint.hpp"
 #include "vantage/kit/visibility_checks.hpp"
 
 namespace {
 
 using vantage::ErrorCode, vantage::fail, vantage::IndexList, vantage::Point, vantage::PointsView,
-    vantage::Result, vantage::VisibilityLimits, vantage::VisibilityScene;
+    vantage::Result, vantage::SceneByViewpoint, vantage::VisibilityLimits, vantage::VisibilityScene;
 
 constexpr double kDefaultAlpha = 100.0;  // Sec. 3.2.2
 
@@ -122,10 +123,10 @@ Result<std::vector<std::size_t>> hidden_point_removal(const open3d::geometry::Po
   }
 }
 
-class Scene final : public VisibilityScene {
+class Scene final : public SceneByViewpoint {
  public:
   Scene(PointsView map, double radius, double max_range)
-      : VisibilityScene(map.size()),
+      : SceneByViewpoint(map.size()),
         places_(map),
         radius_(radius),
         max_squared_(max_range * max_range) {}

@@ -7,16 +7,17 @@
 #include <utility>
 #include <vector>
 
-#include "vantage/index_set.hpp"
+#include "vantage/kit/index_set.hpp"
 #include "vantage/kit/plugin_of.hpp"
 #include "vantage/kit/point_grid.hpp"
+#include "vantage/kit/scene_by_viewpoint.hpp"
 #include "vantage/kit/visibility_checks.hpp"
 
 namespace {
 
 using vantage::Bounds3, vantage::IndexList, vantage::Point, vantage::PointGrid, vantage::PointsView,
-    vantage::Result, vantage::VisibilityLimits, vantage::VisibilityProgress,
-    vantage::VisibilityScene;
+    vantage::Result, vantage::SceneByViewpoint, vantage::VisibilityLimits,
+    vantage::VisibilityProgress, vantage::VisibilityScene;
 
 /// Bounds on |p - q| for any p in `a` and q in `b`: axis by axis, at least `gap` and at most
 /// `span`. Rounding never changes the order of differences, squares, sums and roots, so the bounds
@@ -40,10 +41,10 @@ IndexList seen_without_limit(PointsView map, std::span<const Point> viewpoints) 
   return kept;
 }
 
-class Scene final : public VisibilityScene {
+class Scene final : public SceneByViewpoint {
  public:
   Scene(PointsView map, double max_range)
-      : VisibilityScene(map.size()), map_(map), max_range_(max_range) {
+      : SceneByViewpoint(map.size()), map_(map), max_range_(max_range) {
     if (std::isfinite(max_range)) grid_.emplace(map, std::max(kWidth, max_range / kAcross));
   }
 

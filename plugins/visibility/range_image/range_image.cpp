@@ -12,16 +12,17 @@
 #include <vector>
 
 #include "depth_image.hpp"
-#include "vantage/index_set.hpp"
+#include "vantage/kit/index_set.hpp"
 #include "vantage/kit/plugin_of.hpp"
 #include "vantage/kit/point_grid.hpp"
+#include "vantage/kit/scene_by_viewpoint.hpp"
 #include "vantage/kit/visibility_checks.hpp"
 
 namespace {
 
 using vantage::ErrorCode, vantage::fail, vantage::IndexList, vantage::IndexSet, vantage::Point,
-    vantage::PointsView, vantage::Result, vantage::VisibilityLimits, vantage::VisibilityProgress,
-    vantage::VisibilityScene;
+    vantage::PointsView, vantage::Result, vantage::SceneByViewpoint, vantage::VisibilityLimits,
+    vantage::VisibilityProgress, vantage::VisibilityScene;
 using vantage::range_image::DepthImage, vantage::range_image::Occlusion,
     vantage::range_image::Sensor, vantage::range_image::Spot;
 
@@ -39,10 +40,10 @@ struct Workspace {
   IndexList seen = {};
 };
 
-class Scene final : public VisibilityScene {
+class Scene final : public SceneByViewpoint {
  public:
   Scene(PointsView map, const Sensor& sensor, const Occlusion& occlusion)
-      : VisibilityScene(map.size()),
+      : SceneByViewpoint(map.size()),
         map_(map),
         sensor_(sensor),
         occlusion_(occlusion),

@@ -18,6 +18,7 @@
 #include "elements.hpp"
 #include "sight.hpp"
 #include "vantage/kit/plugin_of.hpp"
+#include "vantage/kit/scene_by_viewpoint.hpp"
 #include "vantage/kit/visibility_checks.hpp"
 
 namespace vantage::surface {
@@ -40,10 +41,10 @@ IndexList sorted(IndexList indices) {
   return indices;
 }
 
-class Scene final : public VisibilityScene {
+class Scene final : public SceneByViewpoint {
  public:
   Scene(PointsView map, Elements elements, const Settings& settings)
-      : VisibilityScene(map.size()),
+      : SceneByViewpoint(map.size()),
         elements_(std::move(elements)),
         blocks_(elements_, settings.thickness),
         reach_(settings.reach() + elements_.width() * std::numbers::sqrt3),

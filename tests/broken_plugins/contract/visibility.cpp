@@ -7,6 +7,7 @@
 #include <set>
 
 #include "breaks.hpp"
+#include "vantage/kit/scene_by_viewpoint.hpp"
 
 namespace vantage::broken {
 namespace {
@@ -30,10 +31,10 @@ class SoFar final : public VisibilityProgress {
   mutable std::atomic<std::size_t> done_ = 0;
 };
 
-class Scene final : public VisibilityScene {
+class Scene final : public SceneByViewpoint {
  public:
   Scene(PointsView map, std::shared_ptr<const VisibilityScene> sound)
-      : VisibilityScene(map.size()), map_(map), sound_(std::move(sound)) {}
+      : SceneByViewpoint(map.size()), map_(map), sound_(std::move(sound)) {}
 
   [[nodiscard]] Result<IndexList> visible(const Point& viewpoint) const noexcept override {
     return guarded([&]() -> Result<IndexList> {
@@ -54,11 +55,11 @@ class Scene final : public VisibilityScene {
       if (breaks("V9")) return sound_->visible_from_any(viewpoints, progress);
       if (breaks("V15") && progress != nullptr) {
         const SoFar so_far(*progress);
-        return VisibilityScene::visible_from_any(viewpoints, &so_far);
+        return SceneByViewpoint::visible_from_any(viewpoints, &so_far);
       }
-      if (!breaks("V6")) return VisibilityScene::visible_from_any(viewpoints, progress);
+      if (!breaks("V6")) return SceneByViewpoint::visible_from_any(viewpoints, progress);
       // Neighbours see the same, or so it was thought.
-      return VisibilityScene::visible_from_any(apart(viewpoints, 0.5), progress);
+      return SceneByViewpoint::visible_from_any(apart(viewpoints, 0.5), progress);
     });
   }
 
@@ -67,9 +68,9 @@ class Scene final : public VisibilityScene {
       const VisibilityProgress* progress) const noexcept override {
     return guarded([&]() -> Result<ViewCounts> {
       if (breaks("V9")) return sound_->view_counts(viewpoints, progress);
-      if (!breaks("V16")) return VisibilityScene::view_counts(viewpoints, progress);
+      if (!breaks("V16")) return SceneByViewpoint::view_counts(viewpoints, progress);
       // A viewpoint that is listed twice is looked around from once.
-      return VisibilityScene::view_counts(apart(viewpoints, 1e-9), progress);
+      return SceneByViewpoint::view_counts(apart(viewpoints, 1e-9), progress);
     });
   }
 
@@ -114,7 +115,7 @@ class Scene final : public VisibilityScene {
 };
 
 /// A sound scene with a map of its own.
-class OwningScene final : public VisibilityScene {
+class OwningScene final : public SceneByViewpoint {
  public:
   static Result<std::shared_ptr<const VisibilityScene>> over(const VisibilityOperator& sound,
                                                              PointCloud map,
@@ -123,7 +124,7 @@ class OwningScene final : public VisibilityScene {
     VANTAGE_TRY(scene->scene_, sound.prepare(scene->map_, limits));
     return scene;
   }
-  explicit OwningScene(PointCloud map) : VisibilityScene(map.size()), map_(std::move(map)) {}
+  explicit OwningScene(PointCloud map) : SceneByViewpoint(map.size()), map_(std::move(map)) {}
 
   [[nodiscard]] Result<IndexList> visible(const Point& viewpoint) const noexcept override {
     return scene_->visible(viewpoint);

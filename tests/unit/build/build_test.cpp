@@ -435,10 +435,10 @@ class Asked final : public VisibilityOperator {
   explicit Asked(std::shared_ptr<Log> log) : log_(std::move(log)) {}
   [[nodiscard]] Result<std::unique_ptr<VisibilityScene>> prepare(
       PointsView map, const VisibilityLimits& limits) const noexcept override {
-    class Scene final : public VisibilityScene {
+    class Scene final : public SceneByViewpoint {
      public:
       Scene(PointsView map, std::unique_ptr<VisibilityScene> sees, std::shared_ptr<Log> log)
-          : VisibilityScene(map.size()), sees_(std::move(sees)), log_(std::move(log)) {}
+          : SceneByViewpoint(map.size()), sees_(std::move(sees)), log_(std::move(log)) {}
       [[nodiscard]] Result<IndexList> visible(const Point& viewpoint) const noexcept override {
         const std::scoped_lock lock(log_->mutex);
         log_->viewpoints.push_back(viewpoint);
@@ -521,10 +521,10 @@ class AskedAtOnce final : public VisibilityOperator {
       : calls_(std::move(calls)), report_(std::move(report)) {}
   [[nodiscard]] Result<std::unique_ptr<VisibilityScene>> prepare(
       PointsView map, const VisibilityLimits& limits) const noexcept override {
-    class Scene final : public VisibilityScene {
+    class Scene final : public SceneByViewpoint {
      public:
       Scene(PointsView map, std::unique_ptr<VisibilityScene> sees, const AskedAtOnce& asked)
-          : VisibilityScene(map.size()), sees_(std::move(sees)), asked_(asked) {}
+          : SceneByViewpoint(map.size()), sees_(std::move(sees)), asked_(asked) {}
       [[nodiscard]] Result<IndexList> visible(const Point& viewpoint) const noexcept override {
         return sees_->visible(viewpoint);
       }
@@ -735,10 +735,10 @@ TEST_CASE("more points than an index can count are refused before any is looked 
         "the map has 4294967295 points, more than the 4294967295 that can be indexed");
 }
 
-TEST_CASE("a visibility plugin's wrong index is an error also where core joins viewpoints") {
-  class WrongIndex final : public VisibilityScene {
+TEST_CASE("a visibility plugin's wrong index is an error also where the kit joins viewpoints") {
+  class WrongIndex final : public SceneByViewpoint {
    public:
-    WrongIndex() : VisibilityScene(10) {}
+    WrongIndex() : SceneByViewpoint(10) {}
     [[nodiscard]] Result<IndexList> visible(const Point&) const noexcept override {
       return IndexList{3, 10};
     }
@@ -877,9 +877,9 @@ TEST_CASE("a visibility plugin that counts more viewpoints than there are is nam
    public:
     [[nodiscard]] Result<std::unique_ptr<VisibilityScene>> prepare(
         PointsView map, const VisibilityLimits&) const noexcept override {
-      class Scene final : public VisibilityScene {
+      class Scene final : public SceneByViewpoint {
        public:
-        explicit Scene(std::size_t points) : VisibilityScene(points) {}
+        explicit Scene(std::size_t points) : SceneByViewpoint(points) {}
         [[nodiscard]] Result<IndexList> visible(const Point&) const noexcept override {
           return IndexList{0};
         }

@@ -22,7 +22,7 @@
 
 /// Grows by one whenever an interface, or a type that crosses the plugin boundary, changes.
 #ifndef VANTAGE_INTERFACE_VERSION
-#define VANTAGE_INTERFACE_VERSION 14
+#define VANTAGE_INTERFACE_VERSION 15
 #endif
 
 namespace vantage {

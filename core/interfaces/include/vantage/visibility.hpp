@@ -49,31 +49,22 @@ class VANTAGE_API VisibilityScene {
   ///                   outside (0, max_range] are not seen and do not occlude
   [[nodiscard]] virtual Result<IndexList> visible(const Point& viewpoint) const noexcept = 0;
 
-  /// V_ij of Eq. 10: the points seen from at least one viewpoint. The default joins the results of
-  /// `visible` for all viewpoints, in parallel. An operator that can share work between viewpoints
-  /// overrides it.
+  /// V_ij of Eq. 10: the points seen from at least one viewpoint. SceneByViewpoint of the kit joins
+  /// the results of `visible`.
   /// @param progress  receives reports, only during the call; nullptr if none are wanted. Each
   ///                  viewpoint is reported at most once; an operator may report none. Does not
   ///                  change the result
   [[nodiscard]] virtual Result<IndexList> visible_from_any(
       std::span<const Point> viewpoints,
-      const VisibilityProgress* progress = nullptr) const noexcept;
+      const VisibilityProgress* progress = nullptr) const noexcept = 0;
 
-  /// How many of the viewpoints see each point. A viewpoint that is listed twice counts twice. The
-  /// default calls `visible` for all viewpoints, in parallel, and needs 4 more bytes per map point.
-  /// An operator that can share work between viewpoints overrides it.
+  /// How many of the viewpoints see each point. A viewpoint that is listed twice counts twice.
+  /// SceneByViewpoint of the kit counts the results of `visible`.
   /// @param progress  as for `visible_from_any`
   /// @return          counts for the same points that `visible_from_any` returns
   [[nodiscard]] virtual Result<ViewCounts> view_counts(
       std::span<const Point> viewpoints,
-      const VisibilityProgress* progress = nullptr) const noexcept;
-
- protected:
-  /// @param map_size  number of points of the map that the scene was prepared for
-  explicit VisibilityScene(std::size_t map_size) noexcept : map_size_(map_size) {}
-
- private:
-  std::size_t map_size_;
+      const VisibilityProgress* progress = nullptr) const noexcept = 0;
 };
 
 /// Decides which map points can be observed from a viewpoint (Sec. 2.3).

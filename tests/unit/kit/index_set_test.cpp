@@ -1,4 +1,4 @@
-#include "vantage/index_set.hpp"
+#include "vantage/kit/index_set.hpp"
 
 #include <doctest/doctest.h>
 #include <tbb/parallel_for.h>

@@ -2,16 +2,16 @@
 #include <tbb/global_control.h>
 
 #include "support/reports.hpp"
-#include "vantage/visibility.hpp"
+#include "vantage/kit/scene_by_viewpoint.hpp"
 
 using namespace vantage;
 
 namespace {
 
 /// Sees the indices that its viewpoint's x, rounded, divides; fails below zero.
-class Divisible final : public VisibilityScene {
+class Divisible final : public SceneByViewpoint {
  public:
-  explicit Divisible(std::size_t size) : VisibilityScene(size), size_(size) {}
+  explicit Divisible(std::size_t size) : SceneByViewpoint(size), size_(size) {}
   [[nodiscard]] Result<IndexList> visible(const Point& viewpoint) const noexcept override {
     const auto n = static_cast<long>(viewpoint.x());
     if (n <= 0) return fail(ErrorCode::invalid_input, "at " + std::to_string(n));

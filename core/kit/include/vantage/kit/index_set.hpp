@@ -12,8 +12,7 @@
 namespace vantage {
 
 /// A set of indices, with one bit per possible index. Adding the few points that a viewpoint sees
-/// of a large map costs little. The class is here, not in the kit, because the defaults of
-/// VisibilityScene need it.
+/// of a large map costs little.
 class IndexSet {
  public:
   /// @param limit  larger than every index
