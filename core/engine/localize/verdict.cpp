@@ -54,7 +54,9 @@ MotionFilter Verdict::conclude(const std::vector<Hypothesis>& hypotheses, const 
                                ScanReport& report) {
   const Hypothesis& best = hypotheses.front();
   report.alignment = best.alignment;
-  report.lcp = localization_contribution_per_point(best.score().fitness, report.map_points);
+  if (report.map_points > 0) {
+    report.lcp = best.score().fitness / static_cast<double>(report.map_points);  // Eq. 13
+  }
   Case decided = judge_scan(best, known, report);
   const MotionFilter moved = best.moved();
   const MotionFilter& motion = decided.is_limit ? *best.motion : moved;

@@ -4,6 +4,7 @@
 #include <mutex>
 #include <optional>
 
+#include "common/ndt_coefficients.hpp"
 #include "common/steps.hpp"
 #include "common/surfel_map.hpp"
 #include "pyramid.hpp"

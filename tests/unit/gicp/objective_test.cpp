@@ -3,6 +3,7 @@
 #include <cmath>
 #include <vector>
 
+#include "common/ndt_coefficients.hpp"
 #include "matchers.hpp"
 #include "support/plugins.hpp"
 
@@ -35,7 +36,7 @@ TEST_CASE("scores and Hessian of gicp equal the formulas written out") {
   CHECK(scan_surfels.back().normal.isZero(0.0));
   const Pose pose = alignment.T_map_scan;
   const Eigen::Matrix3d R = pose.rotation.toRotationMatrix();
-  const auto c = NdtCoefficients::derive(0.55, 1.0).value();
+  const auto c = matching::NdtCoefficients::derive(0.55, 1.0).value();
   double fitness = 0.0, nvtl = 0.0, matched = 0.0;
   Eigen::Matrix<double, 6, 6> hessian = Eigen::Matrix<double, 6, 6>::Zero();
   for (const auto& [p, normal] : scan_surfels) {

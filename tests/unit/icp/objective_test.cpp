@@ -2,6 +2,7 @@
 #include <cmath>
 #include <vector>
 
+#include "common/ndt_coefficients.hpp"
 #include "matchers.hpp"
 
 namespace vantage {
@@ -17,7 +18,7 @@ TEST_CASE("scores and Hessian of icp equal the formulas written out") {
 
   const auto surfels = test::surfels_of(map, 8);
   const Pose pose = alignment.T_map_scan;
-  const auto d = NdtCoefficients::derive(0.55, 1.0).value();
+  const auto d = matching::NdtCoefficients::derive(0.55, 1.0).value();
   double fitness = 0.0, nvtl = 0.0, matched = 0.0;
   Eigen::Matrix<double, 6, 6> hessian = Eigen::Matrix<double, 6, 6>::Zero();
   for (const Point& p : scan) {

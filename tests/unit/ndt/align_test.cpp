@@ -5,6 +5,7 @@
 #include <random>
 #include <string>
 
+#include "common/ndt_coefficients.hpp"
 #include "matchers.hpp"
 #include "support/plugins.hpp"
 
@@ -76,7 +77,7 @@ TEST_CASE("coefficients are derived or given") {
         .value()
         .fitness;
   };
-  const auto d = NdtCoefficients::derive(0.3, 1.0).value();
+  const auto d = matching::NdtCoefficients::derive(0.3, 1.0).value();
   const auto given = [](double d1, double d2, double d3) {
     return "d1 = " + std::to_string(d1) + "\nd2 = " + std::to_string(d2) +
            "\nd3 = " + std::to_string(d3);

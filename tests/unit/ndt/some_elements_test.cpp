@@ -79,7 +79,7 @@ TEST_CASE("the pulls of all elements add up to the derivatives of the objective"
   for (const ndt::Neighbours neighbours :
        {ndt::Neighbours::direct1, ndt::Neighbours::direct7, ndt::Neighbours::kdtree}) {
     const ndt::Objective objective(ndt::VoxelMap::build(test::yard(51), {}).value(), neighbours,
-                                   NdtCoefficients::derive(0.55, 1.0).value());
+                                   matching::NdtCoefficients::derive(0.55, 1.0).value());
     ndt::Workspace workspace;
     objective.begin(scan, workspace);
     const ndt::Derivatives expected = objective.derivatives(objective.to_local(pose), workspace);
@@ -104,7 +104,7 @@ TEST_CASE("the pulls of all elements add up to the derivatives of the objective"
 TEST_CASE("points on the faces of voxels pull the elements of the voxels that they lie in") {
   const auto map = ndt::VoxelMap::build(test::yard(51), {.resolution = 0.7}).value();
   const ndt::Objective objective(map, ndt::Neighbours::direct7,
-                                 NdtCoefficients::derive(0.55, 0.7).value());
+                                 matching::NdtCoefficients::derive(0.55, 0.7).value());
   std::mt19937 random(3);
   const auto along = [&] { return 0.35 * (static_cast<int>(random() % 100) - 50); };
   PointCloud scan{{1e7, 0.0, 0.0}, {0.0, -1e12, 0.0}, {4e5, 4e5, 4e5}};

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "common/ndt_coefficients.hpp"
 #include "common/steps.hpp"
 #include "kernel.hpp"
 #include "vantage/pose.hpp"
@@ -30,7 +31,7 @@ constexpr auto enum_names(Neighbours /*unused*/) {
       std::pair{"direct7"sv, Neighbours::direct7}, std::pair{"direct1"sv, Neighbours::direct1}};
 }
 
-using matching::Matrix6, matching::Vector6;
+using matching::Matrix6, matching::NdtCoefficients, matching::Vector6;
 
 /// The objective and its derivatives at one pose, in [translation; rotation vector].
 struct Derivatives {
