@@ -6,6 +6,7 @@
 
 #include "export/sidecar.hpp"
 #include "vantage/io/point_cloud_io.hpp"
+#include "vantage/kit/max_views_of.hpp"
 
 namespace vantage::exporting {
 namespace {

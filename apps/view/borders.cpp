@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "vantage/overloaded.hpp"
+#include "vantage/kit/overloaded.hpp"
 
 namespace vantage::view {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "vantage/kit/byte_io.hpp"
 #include "vantage/kit/checksum.hpp"
-#include "vantage/overloaded.hpp"
+#include "vantage/kit/overloaded.hpp"
 
 namespace vantage {
 namespace {

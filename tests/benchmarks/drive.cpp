@@ -15,6 +15,7 @@
 #include "vantage/io/point_cloud_io.hpp"
 #include "vantage/io/trajectory_io.hpp"
 #include "vantage/kit/voxel_points.hpp"
+#include "vantage/track/rotation.hpp"
 
 namespace vantage::benchmarks {
 

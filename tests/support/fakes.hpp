@@ -14,6 +14,7 @@
 #include "vantage/engine/plugin_loader.hpp"
 #include "vantage/ground_filter.hpp"
 #include "vantage/kit/directory_of.hpp"
+#include "vantage/kit/max_views_of.hpp"
 #include "vantage/kit/scene_by_viewpoint.hpp"
 #include "vantage/map_store.hpp"
 #include "vantage/partitioner.hpp"

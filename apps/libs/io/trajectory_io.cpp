@@ -16,6 +16,7 @@
 #include "io/text.hpp"
 #include "vantage/kit/atomic_file.hpp"
 #include "vantage/kit/file_content.hpp"
+#include "vantage/track/rotation.hpp"
 
 namespace vantage::io {
 namespace {

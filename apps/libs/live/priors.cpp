@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "vantage/io/pose_priors.hpp"
+#include "vantage/track/rotation.hpp"
 
 namespace vantage::live {
 namespace {

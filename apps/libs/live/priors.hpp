@@ -11,7 +11,7 @@
 #include "live/received.hpp"
 #include "live/static_frames.hpp"
 #include "vantage/pose.hpp"
-#include "vantage/pose_prior.hpp"
+#include "vantage/track/pose_prior.hpp"
 
 namespace vantage::live {
 

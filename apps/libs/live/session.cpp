@@ -6,6 +6,8 @@
 #include <chrono>
 #include <utility>
 
+#include "vantage/track/rotation.hpp"
+
 namespace vantage::live {
 namespace {
 

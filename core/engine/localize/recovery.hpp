@@ -8,7 +8,7 @@
 #include "localize/pose_search.hpp"
 #include "localize/search_job.hpp"
 #include "vantage/engine/localizer_params.hpp"
-#include "vantage/pose_prior.hpp"
+#include "vantage/track/pose_prior.hpp"
 
 namespace vantage {
 

@@ -1,6 +1,5 @@
 #include "vantage/pose.hpp"
 
-#include <algorithm>
 #include <cmath>
 
 namespace vantage {
@@ -43,18 +42,6 @@ double rotation_between(const Pose& a, const Pose& b) noexcept {
   const Eigen::Quaternion<double, Eigen::DontAlign> difference =
       a.rotation.conjugate() * b.rotation;
   return 2.0 * std::atan2(difference.vec().norm(), std::abs(difference.w()));
-}
-
-Pose interpolate(const Pose& a, const Pose& b, double fraction) noexcept {
-  const Pose step = a.inverse() * b;
-  const Eigen::AngleAxisd rotation{Eigen::Quaterniond(step.rotation)};
-  double angle = rotation.angle();
-  if (angle > M_PI) angle -= 2.0 * M_PI;  // the shorter way round
-  Pose result;
-  result.rotation =
-      (a.rotation * rotation_from_vector(rotation.axis() * (angle * fraction))).normalized();
-  result.translation = a.translation + fraction * (b.translation - a.translation);
-  return result;
 }
 
 bool is_valid(const Pose& pose) noexcept {

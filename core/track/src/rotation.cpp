@@ -35,4 +35,15 @@ Twist logarithm(const Pose& pose) noexcept {
   return twist;
 }
 
+Pose interpolate(const Pose& a, const Pose& b, double fraction) noexcept {
+  const Pose step = a.inverse() * b;
+  const Eigen::AngleAxisd rotation{Eigen::Quaterniond(step.rotation)};
+  Pose result;
+  result.rotation =
+      (a.rotation * rotation_from_vector(rotation.axis() * (rotation.angle() * fraction)))
+          .normalized();
+  result.translation = a.translation + fraction * (b.translation - a.translation);
+  return result;
+}
+
 }  // namespace vantage

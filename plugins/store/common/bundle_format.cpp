@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "vantage/kit/max_views_of.hpp"
 #include "vantage/kit/numbers.hpp"
 
 namespace vantage::bundle_folder {

@@ -8,6 +8,7 @@
 #include <span>
 
 #include "vantage/kit/checksum.hpp"
+#include "vantage/kit/max_views_of.hpp"
 #include "vantage/kit/numbers.hpp"
 
 namespace vantage::pcd_tiles {

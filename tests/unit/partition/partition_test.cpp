@@ -6,8 +6,8 @@
 #include <cmath>
 #include <random>
 
+#include "vantage/kit/overloaded.hpp"
 #include "vantage/kit/regions.hpp"
-#include "vantage/overloaded.hpp"
 
 namespace vantage {
 namespace {

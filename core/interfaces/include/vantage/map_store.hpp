@@ -25,10 +25,6 @@ struct RegionMap {
   std::vector<std::uint32_t> views = {};
 };
 
-/// The largest of a map's view counts; 0 if it has none.
-/// Errors: `invalid_input` if there is not one count per point, or if a count is 0.
-[[nodiscard]] VANTAGE_API Result<std::uint32_t> max_views_of(const RegionMap& map);
-
 class RegionDirectory;
 
 /// What the index of a bundle says about one region.

@@ -35,10 +35,6 @@ struct Pose {
 /// The angle of the rotation between two poses [rad], in [0, pi].
 [[nodiscard]] VANTAGE_API double rotation_between(const Pose& a, const Pose& b) noexcept;
 
-/// Interpolates translation linearly and rotation spherically. A `fraction` of 0 gives `a`, 1 gives
-/// `b`; values outside [0, 1] extrapolate.
-[[nodiscard]] VANTAGE_API Pose interpolate(const Pose& a, const Pose& b, double fraction) noexcept;
-
 /// Whether every number of the pose is finite and the rotation has unit length (to 1e-6).
 [[nodiscard]] VANTAGE_API bool is_valid(const Pose& pose) noexcept;
 

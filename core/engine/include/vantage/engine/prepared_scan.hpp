@@ -9,8 +9,8 @@
 #include "vantage/engine/localizer_params.hpp"
 #include "vantage/point_cloud.hpp"
 #include "vantage/pose.hpp"
-#include "vantage/pose_prior.hpp"
 #include "vantage/result.hpp"
+#include "vantage/track/pose_prior.hpp"
 #include "vantage/track/sweep_motion.hpp"
 
 namespace vantage {

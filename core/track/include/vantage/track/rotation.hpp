@@ -32,4 +32,8 @@ struct Twist {
 [[nodiscard]] Pose exponential(const Twist& twist) noexcept;
 [[nodiscard]] Twist logarithm(const Pose& pose) noexcept;
 
+/// Interpolates translation linearly and rotation spherically. A `fraction` of 0 gives `a`, 1 gives
+/// `b`; values outside [0, 1] extrapolate.
+[[nodiscard]] Pose interpolate(const Pose& a, const Pose& b, double fraction) noexcept;
+
 }  // namespace vantage

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "vantage/io/sensor_trajectory.hpp"
-#include "vantage/pose_prior.hpp"
 #include "vantage/result.hpp"
+#include "vantage/track/pose_prior.hpp"
 
 namespace vantage::io {
 

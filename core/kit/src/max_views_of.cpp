@@ -1,4 +1,4 @@
-#include "vantage/map_store.hpp"
+#include "vantage/kit/max_views_of.hpp"
 
 #include <algorithm>
 #include <string>
