@@ -16,6 +16,7 @@
 #include "localizability/localizability.hpp"
 #include "terminal/table.hpp"
 #include "vantage/engine/localizer_params.hpp"
+#include "vantage/engine/toml.hpp"
 #include "vantage/kit/file_system.hpp"
 
 namespace vantage {

@@ -12,7 +12,7 @@
 #include "evaluation/degrees.hpp"
 #include "terminal/counts.hpp"
 #include "terminal/size.hpp"
-#include "vantage/config_value.hpp"
+#include "vantage/engine/toml.hpp"
 
 namespace vantage::init {
 namespace {

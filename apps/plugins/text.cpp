@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "terminal/table.hpp"
+#include "vantage/engine/toml.hpp"
 
 namespace vantage::documentation {
 namespace {

@@ -16,6 +16,7 @@
 #include "vantage/engine/config.hpp"
 #include "vantage/kit/checksum.hpp"
 #include "vantage/kit/file_content.hpp"
+#include "vantage/partition.hpp"
 
 namespace vantage {
 namespace {
@@ -29,12 +30,11 @@ Result<std::uint64_t> sum_of_file(const fs::path& file, std::string_view expecte
 
 /// The libraries that decide: that of builds, the engine, and that of values and regions.
 Result<std::uint64_t> sum_of_program() {
-  const auto core = static_cast<std::string (*)(const Value&)>(&to_toml);
   const auto engine = static_cast<Result<Config> (*)(const Table&)>(&parse_config);
   Checksum sum;
   for (const void* const within :
        {reinterpret_cast<const void*>(&sum_of_file), reinterpret_cast<const void*>(engine),
-        reinterpret_cast<const void*>(core)}) {
+        reinterpret_cast<const void*>(&defect_of)}) {
     Dl_info info{};
     if (::dladdr(within, &info) == 0) continue;
     VANTAGE_TRY(const std::uint64_t of_file, sum_of_file(info.dli_fname, "a library"));

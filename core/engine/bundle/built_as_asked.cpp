@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "bundle/content_config.hpp"
+#include "vantage/engine/toml.hpp"
 
 namespace vantage {
 namespace {

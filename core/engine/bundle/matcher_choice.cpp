@@ -1,6 +1,6 @@
 #include "vantage/engine/matcher_choice.hpp"
 
-#include "vantage/config_value.hpp"
+#include "vantage/engine/toml.hpp"
 
 namespace vantage {
 

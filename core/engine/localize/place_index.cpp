@@ -5,7 +5,7 @@
 #include <string>
 #include <utility>
 
-#include "vantage/config_value.hpp"
+#include "vantage/engine/toml.hpp"
 #include "vantage/kit/map_in_memory.hpp"
 
 namespace vantage {

@@ -11,10 +11,10 @@
 namespace vantage {
 namespace {
 
-constexpr double kFarthest = 10e3;  // [m]; no LiDAR sees so far
+constexpr double kMaxRange = 10e3;  // [m]; no LiDAR sees so far
 
 /// Whether a LiDAR may have measured a point; not if one of the numbers is none.
-bool is_possible(double range, double stamp) { return range <= kFarthest && std::isfinite(stamp); }
+bool is_possible(double range, double stamp) { return range <= kMaxRange && std::isfinite(stamp); }
 
 }  // namespace
 
@@ -50,7 +50,7 @@ Result<SweepTime> time_of(const Scan& scan) {
 Result<PreparedScan> prepare_scan(const Scan& scan, const SweepMotion* motion,
                                   const LocalizerParams& params) {
   const bool timed = !scan.seconds.empty();
-  const double max_range = params.scan_max_range.value_or(kFarthest);
+  const double max_range = params.scan_max_range.value_or(kMaxRange);
   PreparedScan prepared;
   std::vector<double>& times = prepared.finite_times;
   prepared.finite.reserve(scan.points.size());

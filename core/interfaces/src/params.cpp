@@ -17,6 +17,15 @@ std::string number(double x) {
   return std::string(text, std::to_chars(text, text + sizeof text, x).ptr);
 }
 
+/// A number as TOML has it, which tells 1.0 from 1.
+std::string number(const Value& value) {
+  if (const auto* whole = std::get_if<std::int64_t>(&value.data)) return std::to_string(*whole);
+  const double x = std::get<double>(value.data);
+  if (std::isnan(x)) return "nan";
+  const std::string text = number(x);
+  return text.find_first_of(".ei") == std::string::npos ? text + ".0" : text;
+}
+
 const Value* find_path(const Table& table, std::string_view path) {
   const std::size_t dot = path.find('.');
   const Value* value = table.find(path.substr(0, dot));
@@ -68,7 +77,7 @@ tl::unexpected<Error> out_of_range(const Value& value, std::string_view key, con
   if (!allowed.empty() && !unit.empty()) allowed += " " + std::string(unit);
   if (!finite) allowed = allowed.empty() ? "finite" : "finite and " + allowed;
   return fail(ErrorCode::invalid_config,
-              "'" + std::string(key) + "' must be " + allowed + ", not " + to_toml(value),
+              "'" + std::string(key) + "' must be " + allowed + ", not " + number(value),
               value.where);
 }
 

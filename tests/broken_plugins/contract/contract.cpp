@@ -17,6 +17,7 @@
 
 #include "support/process.hpp"
 #include "vantage/conformance.hpp"
+#include "vantage/engine/toml.hpp"
 
 using namespace vantage;
 namespace fs = std::filesystem;

@@ -4,6 +4,7 @@
 #include <set>
 
 #include "clauses.hpp"
+#include "vantage/engine/toml.hpp"
 
 namespace vantage::conformance {
 namespace {

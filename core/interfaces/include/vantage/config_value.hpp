@@ -38,11 +38,6 @@ struct Entry {
 /// "a boolean", "an integer", "a number", "a string", "an array", "a table".
 [[nodiscard]] VANTAGE_API const char* type_name(const Value& value) noexcept;
 
-/// Writes TOML. `to_toml(Table)` writes nested tables as [sections], with `prefix` before their
-/// names.
-[[nodiscard]] VANTAGE_API std::string to_toml(const Value& value);
-[[nodiscard]] VANTAGE_API std::string to_toml(const Table& table, const std::string& prefix = {});
-
 /// Suggests what a misspelt word was meant to be: "; did you mean 'x'?" for the nearest candidate,
 /// "'x' or 'y'" for candidates that are equally near, "" if none is near. Upper and lower case
 /// count as the same letter.
