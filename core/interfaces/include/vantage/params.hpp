@@ -74,18 +74,28 @@ namespace detail {
 [[nodiscard]] VANTAGE_API std::filesystem::path resolve_path(const std::string&,
                                                              const SourceLocation&);
 
+/// What a type of a member says about its value. `Element` is the type of the value, or of each
+/// element of an array.
 template <class T>
-struct IsOptional : std::false_type {};
+struct Shape {
+  using Element = T;
+  static constexpr bool optional = false, array = false;
+  static constexpr std::optional<std::size_t> length = std::nullopt;
+};
 template <class T>
-struct IsOptional<std::optional<T>> : std::true_type {};
-template <class T>
-struct IsVector : std::false_type {};
-template <class T>
-struct IsVector<std::vector<T>> : std::true_type {};
-template <class T>
-struct IsEigenVector : std::false_type {};
+struct Shape<std::vector<T>> : Shape<T> {
+  static_assert(!Shape<T>::array, "arrays of arrays are not supported");
+  static constexpr bool array = true;
+};
 template <int N>
-struct IsEigenVector<Eigen::Matrix<double, N, 1>> : std::true_type {};
+struct Shape<Eigen::Matrix<double, N, 1>> : Shape<double> {
+  static constexpr bool array = true;
+  static constexpr std::optional<std::size_t> length = N;
+};
+template <class T>
+struct Shape<std::optional<T>> : Shape<T> {
+  static constexpr bool optional = true;
+};
 
 struct Context {
   std::string_view key, unit;
@@ -99,44 +109,6 @@ template <class T>
     for (const auto& [name, value] : enum_names(T{})) names.emplace_back(name);
   }
   return names;
-}
-
-/// The type of a member without its `std::optional`.
-template <class T>
-struct ValueType {
-  using type = T;
-};
-template <class T>
-struct ValueType<std::optional<T>> {
-  using type = T;
-};
-
-/// The type of an array's elements; for any other type, the type itself. Arrays of arrays are not
-/// supported.
-template <class T>
-struct ElementType {
-  using type = T;
-};
-template <class T>
-struct ElementType<std::vector<T>> {
-  static_assert(!IsVector<T>::value && !IsEigenVector<T>::value);
-  using type = T;
-};
-template <int N>
-struct ElementType<Eigen::Matrix<double, N, 1>> {
-  using type = double;
-};
-
-template <class T>
-inline constexpr bool is_array = IsVector<T>::value || IsEigenVector<T>::value;
-
-template <class T>
-[[nodiscard]] constexpr std::optional<std::size_t> length_of() {
-  if constexpr (IsEigenVector<T>::value) {
-    return static_cast<std::size_t>(T::RowsAtCompileTime);
-  } else {
-    return std::nullopt;
-  }
 }
 
 /// @tparam T  not an array
@@ -162,7 +134,7 @@ template <class T>
 
 template <class T>
 [[nodiscard]] std::string type_of() {
-  return type_text(value_kind<typename ElementType<T>::type>(), is_array<T>, length_of<T>());
+  return type_text(value_kind<typename Shape<T>::Element>(), Shape<T>::array, Shape<T>::length);
 }
 
 /// The part of a range that type T can hold, if T is an integer. TOML's own integers have 64 bits.
@@ -189,32 +161,22 @@ template <class T>
 
 template <class T>
 [[nodiscard]] Result<T> read_value(const Value& value, const Context& context) {
-  if constexpr (IsOptional<T>::value) {
+  if constexpr (Shape<T>::optional) {
     VANTAGE_TRY(auto inner, read_value<typename T::value_type>(value, context));
     return T{std::move(inner)};
-  } else if constexpr (IsVector<T>::value) {
+  } else if constexpr (Shape<T>::array) {
     const auto* array = std::get_if<Array>(&value.data);
     if (array == nullptr) return wrong_type(value, context.key, "an " + type_of<T>());
-    T out;
-    for (const Value& element : *array) {
-      const std::string key = element_key(context.key, out.size());
-      VANTAGE_TRY(auto x,
-                  read_value<typename T::value_type>(element, {key, context.unit, context.range}));
-      out.push_back(std::move(x));
-    }
-    return out;
-  } else if constexpr (IsEigenVector<T>::value) {
-    const auto* array = std::get_if<Array>(&value.data);
-    if (array == nullptr) return wrong_type(value, context.key, "an " + type_of<T>());
-    if (array->size() != *length_of<T>()) {
+    if (Shape<T>::length && array->size() != *Shape<T>::length) {
       return wrong_length(value, context.key, "an " + type_of<T>(), array->size());
     }
     T out;
-    for (std::size_t i = 0; i < array->size(); ++i) {
+    if constexpr (!Shape<T>::length) out.resize(array->size());
+    std::size_t i = 0;
+    for (auto&& x : out) {
       const std::string key = element_key(context.key, i);
-      VANTAGE_TRY(const double x,
-                  read_value<double>((*array)[i], {key, context.unit, context.range}));
-      out[static_cast<Eigen::Index>(i)] = x;
+      const Context of_element{key, context.unit, context.range};
+      VANTAGE_TRY(x, read_value<typename Shape<T>::Element>((*array)[i++], of_element));
     }
     return out;
   } else if constexpr (std::same_as<T, bool>) {
@@ -272,9 +234,9 @@ template <class T>
 /// A member as a value; none for an empty optional.
 template <class T>
 [[nodiscard]] std::optional<Value> write_value(const T& x) {
-  if constexpr (IsOptional<T>::value) {
+  if constexpr (Shape<T>::optional) {
     return x ? write_value(*x) : std::nullopt;
-  } else if constexpr (IsVector<T>::value || IsEigenVector<T>::value) {
+  } else if constexpr (Shape<T>::array) {
     Array array;
     for (const auto& element : x) {
       if (auto value = write_value(element)) array.push_back(*std::move(value));
@@ -309,27 +271,23 @@ using detail::resolve_path;
 template <HasSchema Params>
 Result<Params> parse(const Table& table) {
   Params params{};
-  Result<void> done{};
   std::vector<std::string> known;
   std::apply([&](const auto&... field) { (known.emplace_back(field.key), ...); }, Params::schema());
   VANTAGE_CHECK(detail::only_known_keys(table, known));
 
-  const auto read = [&](const auto& field) -> bool {
+  const auto read = [&](const auto& field) -> Result<void> {
     using Member = std::remove_cvref_t<decltype(params.*field.member)>;
     const Value* value = table.find(field.key);
     if (value == nullptr) {
-      if (field.required) done = detail::missing_key(table, field.key, field.doc);
-      return done.has_value();
+      if (field.required) return detail::missing_key(table, field.key, field.doc);
+      return {};
     }
-    auto member = detail::read_value<Member>(*value, {field.key, field.unit, field.range});
-    if (!member) {
-      done = fail(std::move(member).error());
-      return false;
-    }
-    params.*field.member = *std::move(member);
-    return true;
+    const detail::Context context{field.key, field.unit, field.range};
+    VANTAGE_TRY(params.*field.member, detail::read_value<Member>(*value, context));
+    return {};
   };
-  std::apply([&](const auto&... field) { (void)(read(field) && ...); }, Params::schema());
+  Result<void> done{};
+  std::apply([&](const auto&... field) { (void)((done = read(field)) && ...); }, Params::schema());
   VANTAGE_CHECK(done);
 
   if constexpr (requires { params.validate(); }) {
@@ -359,18 +317,18 @@ std::vector<ParameterDoc> describe() {
   const Params defaults{};
   const auto add = [&](const auto& field) {
     using Member = std::remove_cvref_t<decltype(defaults.*field.member)>;
-    using Held = typename detail::ValueType<Member>::type;
-    using Element = typename detail::ElementType<Held>::type;
+    using Shape = detail::Shape<Member>;
+    using Element = typename Shape::Element;
     ParameterDoc doc{.key = std::string(field.key),
-                     .type = detail::type_of<Held>(),
+                     .type = detail::type_of<Member>(),
                      .unit = std::string(field.unit),
                      .doc = std::string(field.doc),
                      .equation = std::string(field.source.equation),
                      .citation = std::string(field.source.citation),
                      .required = field.required,
                      .kind = detail::value_kind<Element>(),
-                     .array = detail::is_array<Held>,
-                     .length = detail::length_of<Held>(),
+                     .array = Shape::array,
+                     .length = Shape::length,
                      .range = detail::within_type<Element>(field.range),
                      .choices = detail::choices_of<Element>(),
                      .default_value = {},

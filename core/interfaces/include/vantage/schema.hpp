@@ -63,36 +63,32 @@ struct Field {
   std::string_view key;
   Member Params::*member;
   std::string_view unit, doc;
-  Range range;
   bool required;
-  Source source;
+  Range range = any_number;
+  Source source = {};
+
+  constexpr void add(const Range& given) noexcept { range = given; }
+  constexpr void add(const Source& given) noexcept { source = given; }
 };
 
-template <class Params, class Member>
+/// A key that must be given.
+/// @param more  its Range, its Source, or both
+template <class Params, class Member, class... More>
 [[nodiscard]] constexpr Field<Params, Member> required(std::string_view key, Member Params::*member,
                                                        std::string_view unit, std::string_view doc,
-                                                       Range range = any_number,
-                                                       Source source = {}) {
-  return {key, member, unit, doc, range, true, source};
+                                                       const More&... more) {
+  Field<Params, Member> field{key, member, unit, doc, true};
+  (field.add(more), ...);
+  return field;
 }
-template <class Params, class Member>
-[[nodiscard]] constexpr Field<Params, Member> required(std::string_view key, Member Params::*member,
-                                                       std::string_view unit, std::string_view doc,
-                                                       Source source) {
-  return {key, member, unit, doc, any_number, true, source};
-}
-template <class Params, class Member>
+/// A key that may be left out.
+template <class Params, class Member, class... More>
 [[nodiscard]] constexpr Field<Params, Member> optional(std::string_view key, Member Params::*member,
                                                        std::string_view unit, std::string_view doc,
-                                                       Range range = any_number,
-                                                       Source source = {}) {
-  return {key, member, unit, doc, range, false, source};
-}
-template <class Params, class Member>
-[[nodiscard]] constexpr Field<Params, Member> optional(std::string_view key, Member Params::*member,
-                                                       std::string_view unit, std::string_view doc,
-                                                       Source source) {
-  return {key, member, unit, doc, any_number, false, source};
+                                                       const More&... more) {
+  auto field = ::vantage::required(key, member, unit, doc, more...);
+  field.required = false;
+  return field;
 }
 
 /// The error of a `validate`.
