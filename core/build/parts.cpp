@@ -37,47 +37,30 @@ std::uint64_t sum_of_record(std::uint64_t region, std::span<const std::byte> byt
   return sum.value();
 }
 
-std::vector<std::byte> encode(const StoredPart& part) {
-  const BuiltRegion& region = part.region;
-  ByteWriter to;
-  to.number(region.seen);
-  to.number(region.skipped);
-  to.number(region.points);
-  to.number(std::uint64_t{part.ranks.size()});
-  std::uint64_t next = 0;
-  for (const std::uint64_t rank : part.ranks) {
-    to.counted(rank - next);
+template <class Archive, class Part>
+void describe_part(Archive& archive, Part& part) {
+  auto& region = part.region;
+  archive.field(region.seen);
+  archive.field(region.skipped);
+  archive.field(region.points);
+  std::uint64_t next = 0;  // ranks ascend, so their steps are short
+  archive.list(part.ranks, 1, [&](auto& rank) {
+    std::uint64_t step = rank - next;
+    archive.counted(step);
+    if constexpr (Archive::kReads) rank = next + step;
+    archive.check(rank >= next && rank < ~std::uint64_t{0});
     next = rank + 1;
-  }
-  to.number(std::uint64_t{region.stored.views.size()});
-  for (const std::uint32_t views : region.stored.views) to.counted(views);
-  const PreparedMap& prepared = region.prepared;
-  to.number(std::uint64_t{prepared.elements});
-  to.text({reinterpret_cast<const char*>(prepared.bytes.data()), prepared.bytes.size()});
-  write(to, region.errors);
-  return std::move(to).take();
+  });
+  auto& counts = region.stored.views;
+  archive.list(counts, 1, [&](auto& views) { archive.counted(views); });
+  archive.check(counts.empty() || counts.size() == part.ranks.size());
+  archive.field(region.prepared.elements);
+  archive.field(region.prepared.bytes);
+  describe_errors(archive, region.errors);
 }
 
 bool decode(ByteReader from, StoredPart& part) {
-  BuiltRegion& region = part.region;
-  region.seen = from.number<std::uint64_t>();
-  region.skipped = from.number<std::uint64_t>();
-  region.points = from.number<std::uint64_t>();
-  part.ranks.resize(from.count(1));
-  std::uint64_t next = 0;
-  for (std::uint64_t& rank : part.ranks) {
-    rank = next + from.counted();
-    from.check(rank >= next && rank < ~std::uint64_t{0});
-    next = rank + 1;
-  }
-  std::vector<std::uint32_t>& counts = region.stored.views;
-  counts.resize(from.count(1));
-  from.check(counts.empty() || counts.size() == part.ranks.size());
-  for (std::uint32_t& views : counts) views = static_cast<std::uint32_t>(from.counted());
-  region.prepared.elements = from.number<std::uint64_t>();
-  const auto prepared = from.bytes(from.count(1));
-  region.prepared.bytes.assign(prepared.begin(), prepared.end());
-  region.errors = read_predicted_errors(from);
+  describe_part(from, part);
   return from.ok() && from.left() == 0;
 }
 
@@ -234,7 +217,9 @@ Result<PartWriter> PartWriter::create(const fs::path& folder, const Shard& shard
 }
 
 Result<void> PartWriter::add(std::uint32_t region, const StoredPart& part) {
-  const std::vector<std::byte> content = encode(part);
+  ByteWriter described;
+  describe_part(described, part);
+  const std::vector<std::byte> content = std::move(described).take();
   ByteWriter head;
   head.number(std::uint64_t{region});
   head.number(std::uint64_t{content.size()});

@@ -1,7 +1,6 @@
 #include "vantage/engine/atlas.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -21,47 +20,23 @@ tl::unexpected<Error> no_atlas(const char* reason) {
   return fail(ErrorCode::corrupt_data, std::string("the bundle's atlas ") + reason);
 }
 
-void write(ByteWriter& to, const Calibration& calibration) {
-  to.text(calibration.matcher.plugin);
-  to.text(calibration.matcher.params);
-  to.number(calibration.right_samples);
-  to.number(calibration.wrong_samples);
-  to.numbers(calibration.right);
-  to.numbers(calibration.wrong);
+template <class Archive, class Quantiles>
+void describe_quantiles(Archive& archive, std::uint64_t samples, Quantiles& shares) {
+  if constexpr (Archive::kReads) {
+    if (samples > 0 && archive.ok()) shares.resize(Calibration::kQuantiles);
+  }
+  for (auto& share : shares) archive.field(share, std::numeric_limits<double>::lowest());
+  archive.check(std::is_sorted(shares.begin(), shares.end()));
 }
 
-Calibration read_calibration(ByteReader& from) {
-  Calibration calibration;
-  calibration.matcher.plugin = from.text();
-  calibration.matcher.params = from.text();
-  calibration.right_samples = from.number<std::uint64_t>();
-  calibration.wrong_samples = from.number<std::uint64_t>();
-  const auto quantiles = [&](std::uint64_t samples) {
-    std::vector<double> shares;
-    if (samples == 0 || !from.ok()) return shares;
-    for (std::size_t k = 0; k < Calibration::kQuantiles; ++k) shares.push_back(from.real());
-    from.check(std::is_sorted(shares.begin(), shares.end()));
-    return shares;
-  };
-  calibration.right = quantiles(calibration.right_samples);
-  calibration.wrong = quantiles(calibration.wrong_samples);
-  return calibration;
-}
-
-void write(ByteWriter& to, const Site& site) {
-  to.number(site.region.value);
-  to.numbers({site.position.data(), 3});
-  to.number(static_cast<std::uint8_t>(site.precision ? 1 : 0));
-  if (site.precision) {
-    const SitePrecision& p = *site.precision;
-    to.numbers(
-        std::array{p.expected_error, p.sigma_strong, p.sigma_weak, p.weak_direction, p.basin});
-  }
-  to.number(static_cast<std::uint64_t>(site.alike.size()));
-  for (const AlikePlace& place : site.alike) {
-    to.pose(place.T_map_scan);
-    to.number(place.likeness);
-  }
+template <class Archive, class Precision>
+void describe_precision(Archive& archive, Precision& precision) {
+  archive.field(precision.expected_error, 0.0);
+  archive.field(precision.sigma_strong, 0.0);
+  archive.field(precision.sigma_weak, precision.sigma_strong);
+  archive.field(precision.weak_direction, 0.0);
+  archive.check(precision.weak_direction < std::numbers::pi);
+  archive.field(precision.basin, 0.0);
 }
 
 // Of a site without precision and alike places.
@@ -69,31 +44,41 @@ constexpr std::size_t kLeastSiteBytes =
     sizeof(std::uint32_t) + 3 * sizeof(double) + 1 + sizeof(std::uint64_t);
 constexpr std::size_t kAlikeBytes = 8 * sizeof(double);
 
-Site read_site(ByteReader& from) {
-  Site site;
-  site.region = RegionId{from.number<std::uint32_t>()};
-  site.position = from.point();
-  const auto measured = from.number<std::uint8_t>();
-  from.check(measured <= 1);
-  if (measured == 1) {
-    SitePrecision p;
-    p.expected_error = from.real(0.0);
-    p.sigma_strong = from.real(0.0);
-    p.sigma_weak = from.real(p.sigma_strong);
-    p.weak_direction = from.real(0.0);
-    from.check(p.weak_direction < std::numbers::pi);
-    p.basin = from.real(0.0);
-    site.precision = p;
+template <class Archive, class OneSite>
+void describe_site(Archive& archive, OneSite& site) {
+  archive.field(site.region.value);
+  archive.field(site.position);
+  std::uint8_t measured = site.precision ? 1 : 0;
+  archive.field(measured);
+  archive.check(measured <= 1);
+  if constexpr (Archive::kReads) {
+    if (measured == 1) site.precision.emplace();
   }
-  const std::size_t alike = from.count(kAlikeBytes);
-  for (std::size_t k = 0; k < alike && from.ok(); ++k) {
-    AlikePlace place{.T_map_scan = from.pose()};
-    place.likeness = from.real(0.0);
-    from.check(place.likeness > 0.0 &&
-               (site.alike.empty() || site.alike.back().likeness >= place.likeness));
-    site.alike.push_back(place);
-  }
-  return site;
+  if (site.precision) describe_precision(archive, *site.precision);
+  double likest = std::numeric_limits<double>::infinity();
+  archive.list(site.alike, kAlikeBytes, [&](auto& place) {
+    archive.field(place.T_map_scan);
+    archive.field(place.likeness, 0.0);
+    archive.check(place.likeness > 0.0 && place.likeness <= likest);
+    likest = place.likeness;
+  });
+}
+
+template <class Archive, class Whole>
+void describe_atlas(Archive& archive, Whole& atlas) {
+  auto& calibration = atlas.calibration;
+  archive.field(calibration.matcher.plugin);
+  archive.field(calibration.matcher.params);
+  archive.field(calibration.right_samples);
+  archive.field(calibration.wrong_samples);
+  describe_quantiles(archive, calibration.right_samples, calibration.right);
+  describe_quantiles(archive, calibration.wrong_samples, calibration.wrong);
+  RegionId before;
+  archive.list(atlas.sites, kLeastSiteBytes, [&](auto& site) {
+    describe_site(archive, site);
+    archive.check(before <= site.region);
+    before = site.region;
+  });
 }
 
 }  // namespace
@@ -101,9 +86,7 @@ Site read_site(ByteReader& from) {
 std::vector<std::byte> Atlas::encode() const {
   ByteWriter to;
   to.raw(kAtlasFormat);
-  write(to, calibration);
-  to.number(static_cast<std::uint64_t>(sites.size()));
-  for (const Site& site : sites) write(to, site);
+  describe_atlas(to, *this);
   return std::move(to).take();
 }
 
@@ -113,12 +96,7 @@ Result<Atlas> Atlas::decode(std::span<const std::byte> bytes) {
   if (!from.ok()) return no_atlas("is cut off");
   if (format != kAtlasFormat) return no_atlas("is of another version");
   Atlas atlas;
-  atlas.calibration = read_calibration(from);
-  const std::size_t sites = from.count(kLeastSiteBytes);
-  for (std::size_t k = 0; k < sites && from.ok(); ++k) {
-    atlas.sites.push_back(read_site(from));
-    from.check(k == 0 || atlas.sites[k - 1].region <= atlas.sites[k].region);
-  }
+  describe_atlas(from, atlas);
   if (!from.ok() || from.left() != 0) return no_atlas("is damaged");
   return atlas;
 }

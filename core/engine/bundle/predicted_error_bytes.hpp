@@ -1,38 +1,27 @@
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
-#include <span>
-#include <vector>
 
 #include "vantage/engine/predicted_errors.hpp"
 #include "vantage/kit/byte_io.hpp"
 
 namespace vantage {
 
-inline void write(ByteWriter& to, std::span<const PredictedError> errors) {
-  to.counted(errors.size());
-  for (const PredictedError& at : errors) {
-    to.point(at.place);
-    to.number(at.expected);
-    to.number(at.error);
-    to.number(at.whole);
-  }
-}
-
-inline std::vector<PredictedError> read_predicted_errors(ByteReader& from) {
-  std::vector<PredictedError> errors;
-  // Each is pushed when it was read: a forged number of them takes no memory.
-  for (std::uint64_t left = from.counted(); left > 0 && from.ok(); --left) {
-    PredictedError at{.place = from.point()};
-    for (float PredictedError::*one :
-         {&PredictedError::expected, &PredictedError::error, &PredictedError::whole}) {
-      at.*one = from.number<float>();
-      from.check(at.*one >= 0.0F);  // infinite where nothing holds the pose
+/// The predicted errors of a region. Each is added when it is read: a forged number of them takes
+/// no memory.
+template <class Archive, class Errors>
+void describe_errors(Archive& archive, Errors& errors) {
+  std::uint64_t size = errors.size();
+  archive.counted(size);
+  for (std::uint64_t k = 0; k < size && archive.ok(); ++k) {
+    if constexpr (Archive::kReads) errors.emplace_back();
+    auto& at = errors[k];
+    archive.field(at.place);
+    for (auto* one : {&at.expected, &at.error, &at.whole}) {
+      archive.field(*one);
+      archive.check(*one >= 0.0F);  // infinite where nothing holds the pose
     }
-    errors.push_back(at);
   }
-  return errors;
 }
 
 }  // namespace vantage

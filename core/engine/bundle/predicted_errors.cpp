@@ -19,7 +19,7 @@ std::vector<std::byte> PredictedErrors::encode() const {
   ByteWriter to;
   to.raw(kErrorsFormat);
   to.number(std::uint64_t{regions.size()});
-  for (const auto& region : regions) write(to, region);
+  for (const auto& region : regions) describe_errors(to, region);
   return std::move(to).take();
 }
 
@@ -33,7 +33,7 @@ Result<PredictedErrors> PredictedErrors::decode(std::span<const std::byte> bytes
   PredictedErrors errors;
   from.check(from.count(1) == regions);
   if (from.ok()) errors.regions.resize(regions);
-  for (auto& region : errors.regions) region = read_predicted_errors(from);
+  for (auto& region : errors.regions) describe_errors(from, region);
   if (from.ok() && from.left() == 0) return errors;
   return fail(ErrorCode::corrupt_data, "the bundle's predicted errors are not what a build writes");
 }

@@ -16,7 +16,16 @@
 #include "vantage/point_cloud.hpp"
 #include "vantage/pose.hpp"
 
-/// Values in bytes: little endian, one after the other.
+/// Values in bytes: little endian, one after the other. A record is said once for writing and
+/// reading, by a template that goes through its parts: a ByteWriter takes them, a ByteReader puts
+/// them in.
+///
+///     template <class Archive, class T>  // T is const for a writer
+///     void describe(Archive& archive, T& place) {
+///       archive.field(place.position);
+///       archive.field(place.likeness);
+///       archive.check(place.likeness > 0.0);  // of what is read
+///     }
 namespace vantage {
 
 static_assert(std::endian::native == std::endian::little, "the files are little endian");
@@ -51,6 +60,28 @@ class ByteWriter {
     numbers({pose.rotation.coeffs().data(), 4});
     numbers({pose.translation.data(), 3});
   }
+
+  static constexpr bool kReads = false;
+  template <class T>
+  void field(const T& value) {
+    number(value);
+  }
+  void field(double value, double /*least*/) { number(value); }
+  void field(const std::string& value) { text(value); }
+  void field(const std::vector<std::byte>& value) {
+    number(std::uint64_t{value.size()});
+    raw(value);
+  }
+  void field(const Point& value) { point(value); }
+  void field(const Pose& value) { pose(value); }
+  template <class List, class Visit>
+  void list(const List& list, std::size_t /*least_bytes*/, const Visit& visit) {
+    number(std::uint64_t{list.size()});
+    for (const auto& one : list) visit(one);
+  }
+  void check(bool /*holds*/) const noexcept {}
+  [[nodiscard]] bool ok() const noexcept { return true; }
+
   [[nodiscard]] std::span<const std::byte> bytes() const noexcept { return bytes_; }
   [[nodiscard]] std::vector<std::byte> take() && { return std::move(bytes_); }
 
@@ -127,6 +158,30 @@ class ByteReader {
     pose.translation = point();
     check(is_valid(pose));
     return ok_ ? pose : Pose{};
+  }
+
+  static constexpr bool kReads = true;
+  template <class T>
+  void field(T& value) noexcept {
+    value = number<T>();
+  }
+  /// A finite number of at least `least`.
+  void field(double& value, double least) noexcept { value = real(least); }
+  void field(std::string& value) { value = text(); }
+  void field(std::vector<std::byte>& value) {
+    const auto taken = bytes(count(1));
+    value.assign(taken.begin(), taken.end());
+  }
+  void field(Point& value) noexcept { value = point(); }
+  void field(Pose& value) noexcept { value = pose(); }
+  template <class T>
+  void counted(T& value) noexcept {
+    value = static_cast<T>(counted());
+  }
+  /// Elements of at least so many bytes each.
+  template <class List, class Visit>
+  void list(List& list, std::size_t least_bytes, const Visit& visit) {
+    for (std::size_t left = count(least_bytes); left > 0 && ok_; --left) visit(list.emplace_back());
   }
 
  private:
