@@ -7,9 +7,11 @@
 #include <cmath>
 #include <cstdint>
 #include <functional>
+#include <mutex>
 #include <numbers>
 #include <set>
 #include <tuple>
+#include <utility>
 
 #include "vantage/kit/evenly_picked.hpp"
 
@@ -42,6 +44,13 @@ struct Try {
 bool better(const Try& a, const Try& b) {
   const auto order = [](const Try& t) { return std::tuple(-t.hits, t.heading, t.y, t.x, t.z); };
   return order(a) < order(b);
+}
+
+/// Keeps so many of the best, in any order.
+void keep_best(std::vector<Try>& tries, std::size_t most) {
+  if (tries.size() <= most) return;
+  std::nth_element(tries.begin(), tries.begin() + std::ptrdiff_t(most), tries.end(), better);
+  tries.resize(most);
 }
 
 double yaw_of(int heading) { return 2.0 * std::numbers::pi * heading / kHeadings; }
@@ -174,8 +183,7 @@ class Turned {
     for (int word = plan_.first.x() / 128; word <= words && !stop.stop_requested(); word += 2) {
       for (int y = plan_.first.y() / 2 * 2; y <= plan_.last.y(); y += 2) try_at(word, y);
     }
-    std::sort(tries_.begin(), tries_.end(), better);
-    if (tries_.size() > kPerHeading) tries_.resize(kPerHeading);
+    keep_best(tries_, kPerHeading);
     return {std::move(tries_), work_};
   }
 
@@ -283,24 +291,26 @@ std::array<int, 8> hits_in(const PlaceIndex& index, const Steps& steps, const Tr
   return hits;
 }
 
-/// The voxels of blocks that have hits enough.
-std::vector<Try> voxels_of(const std::vector<Try>& blocks, const PlaceIndex& index,
+/// Of each block, the voxel with the most hits, if they are enough.
+std::vector<Try> voxels_of(std::vector<Try> blocks, const PlaceIndex& index,
                            const std::vector<Steps>& steps, const Plan& plan) {
-  std::vector<Try> voxels(8 * blocks.size());
   tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t b) {
-    const Steps& turned = steps[std::size_t(blocks[b].heading)];
-    const std::array<int, 8> hits = hits_in(index, turned, blocks[b]);
-    for (unsigned k = 0; k < 8; ++k) {
-      Try& voxel = voxels[8 * b + k] = blocks[b];
-      voxel.x += int(k & 1U);
-      voxel.y += int(k >> 1U & 1U);
-      voxel.z += int(k >> 2U & 1U);
-      const bool enough = hits[k] >= int(turned.size() / 4) && plan.has(voxel.x, voxel.y);
-      voxel.hits = enough ? hits[k] : -1;
+    const Try block = blocks[b];
+    const Steps& turned = steps[std::size_t(block.heading)];
+    const std::array<int, 8> hits = hits_in(index, turned, block);
+    blocks[b].hits = -1;
+    for (int k = 0; k < 8; ++k) {
+      const Try voxel{.hits = hits[std::size_t(k)],
+                      .x = block.x + (k & 1),
+                      .y = block.y + (k >> 1 & 1),
+                      .z = block.z + (k >> 2 & 1),
+                      .heading = block.heading};
+      const bool enough = voxel.hits >= int(turned.size() / 4) && plan.has(voxel.x, voxel.y);
+      if (enough && better(voxel, blocks[b])) blocks[b] = voxel;
     }
   });
-  std::erase_if(voxels, [](const Try& voxel) { return voxel.hits < 0; });
-  return voxels;
+  std::erase_if(blocks, [](const Try& voxel) { return voxel.hits < 0; });
+  return blocks;
 }
 
 /// The share of the points that hit, less that share 4 and 7 m around.
@@ -352,23 +362,22 @@ PlacesFound find_places(const PlaceIndex& index, PointsView scan, const PlaceAre
   const std::vector<int> headings = headings_in(area);
   const Plan plan = plan_of(index, area);
   std::vector<Steps> steps(kHeadings);
-  std::vector<Turned::Best> by_heading(headings.size());
+  PlacesFound found;
+  std::vector<Try> tries;
+  std::mutex mutex;  // guards both
   tbb::parallel_for(std::size_t{0}, headings.size(), [&](std::size_t k) {
     const auto heading = std::size_t(headings[k]);
     steps[heading] = turned(points, headings[k]);
-    by_heading[k] = Turned(index, steps[heading], plan, headings[k]).best(stop);
+    const Turned::Best best = Turned(index, steps[heading], plan, headings[k]).best(stop);
+    const std::scoped_lock lock(mutex);
+    found.words += best.words;
+    tries.insert(tries.end(), best.tries.begin(), best.tries.end());
+    keep_best(tries, kBlocks);
   });
-  PlacesFound found;
-  std::vector<Try> tries;
-  for (const auto& [some, words] : by_heading) {
-    tries.insert(tries.end(), some.begin(), some.end());
-    found.words += words;
-  }
   std::sort(tries.begin(), tries.end(), better);
-  if (tries.size() > kBlocks) tries.resize(kBlocks);
   // The voxels of a block take the time of six words for each point.
   found.words += 6 * tries.size() * points.size();
-  tries = voxels_of(tries, index, steps, plan);
+  tries = voxels_of(std::move(tries), index, steps, plan);
   std::sort(tries.begin(), tries.end(), better);
 
   // Of neighbours, the best.
