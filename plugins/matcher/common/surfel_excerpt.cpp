@@ -265,8 +265,9 @@ Result<StoredSurfels> decode(std::span<const std::byte> bytes, const SurfelMap::
   }
   std::optional<ndt::VoxelMap> occupied;
   if (form == kSome) {
-    occupied.emplace(ndt::VoxelOptions{}, Eigen::Vector3d::Zero(), std::vector<ndt::VoxelKey>{},
-                     std::vector<ndt::Cell>{}, *std::move(keys));
+    PageVector<ndt::VoxelKey> bare(keys->begin(), keys->end());
+    occupied.emplace(ndt::VoxelOptions{}, Eigen::Vector3d::Zero(), PageVector<ndt::VoxelKey>(),
+                     PageVector<ndt::Cell>(), std::move(bare));
   }
   return StoredSurfels{.map = SurfelMap(origin, std::move(points), std::move(normals)),
                        .occupied = std::move(occupied)};

@@ -132,7 +132,7 @@ Result<VoxelMap> decode_some(ByteReader& in, const VoxelOptions& options,
   if (size > voxels) return kFormat.corrupt("it keeps more voxels than are occupied");
   BitDecoder kept(flags);
   Chance is_kept;
-  std::vector<VoxelKey> keys, bare;
+  PageVector<VoxelKey> keys, bare;
   keys.reserve(size);
   bare.reserve(voxels - size);
   for (const VoxelKey key : *occupied) {
@@ -143,7 +143,7 @@ Result<VoxelMap> decode_some(ByteReader& in, const VoxelOptions& options,
     return kFormat.corrupt("it keeps other voxels than it says");
   }
   BitReader bits(cells_bytes);
-  std::vector<Cell> cells(size);
+  PageVector<Cell> cells(size);
   for (Cell& cell : cells) {
     each_field(cell, [&](auto& x) {
       constexpr unsigned kDropped = 16 - kNumber;
@@ -180,8 +180,8 @@ Result<VoxelMap> decode(std::span<const std::byte> bytes, const VoxelOptions& wa
   if (form == kSome) return decode_some(in, options, origin, size);
   if (size > in.left() / kLeastCell) return kFormat.corrupt("it promises more voxels than it has");
 
-  std::vector<VoxelKey> keys(size);
-  std::vector<Cell> cells(size);
+  PageVector<VoxelKey> keys(size);
+  PageVector<Cell> cells(size);
   VoxelKey before = 0;
   for (std::size_t i = 0; i < size; ++i) {
     const std::uint64_t step = in.counted();

@@ -117,7 +117,7 @@ TEST_CASE("merging keeps every Gaussian's points, also as many as fit in no cell
   CHECK(points == merged);
   CHECK(coarse.cells().size() < map.cells().size() / 2);
 
-  std::vector<ndt::Cell> full(map.cells().begin(), map.cells().end());
+  PageVector<ndt::Cell> full(map.cells().begin(), map.cells().end());
   for (ndt::Cell& cell : full) cell.points = ~std::uint32_t{0};
   const VoxelMap fullest =
       VoxelMap(map.options(), map.origin_voxel(), {map.keys().begin(), map.keys().end()}, full)

@@ -143,8 +143,8 @@ Voxels sum_up(PointsView points, const Lattice& lattice, const Eigen::Vector3d& 
 
 /// The Gaussians of the voxels with enough points, in the order of their keys.
 struct Gaussians {
-  std::vector<VoxelKey> keys;
-  std::vector<Cell> cells;
+  PageVector<VoxelKey> keys;
+  PageVector<Cell> cells;
 };
 Gaussians gaussians_of(const Voxels& voxels, const VoxelOptions& options) {
   std::vector<std::pair<VoxelKey, std::uint32_t>> order;
@@ -242,7 +242,7 @@ Result<VoxelMap> VoxelMap::build(PointsView map, const VoxelOptions& options) {
   std::vector<std::uint32_t> all(keys.size());
   std::iota(all.begin(), all.end(), 0U);
   const Part part = centred(origin, keys, all);
-  std::vector<Cell> ordered;
+  PageVector<Cell> ordered;
   ordered.reserve(cells.size());
   keys.clear();
   for (const auto& [key, i] : part.keys) {
@@ -285,7 +285,7 @@ VoxelMap::Part VoxelMap::part(std::span<const std::uint32_t> which) const {
 }
 
 VoxelMap::VoxelMap(const VoxelOptions& options, const Eigen::Vector3d& origin_voxel,
-                   std::vector<VoxelKey> keys, std::vector<Cell> cells, std::vector<VoxelKey> bare)
+                   PageVector<VoxelKey> keys, PageVector<Cell> cells, PageVector<VoxelKey> bare)
     : options_(options),
       origin_voxel_(origin_voxel),
       keys_(std::move(keys)),
@@ -367,8 +367,8 @@ void VoxelMap::find_surroundings() {
 }
 
 std::size_t VoxelMap::bytes() const noexcept {
-  const auto of = [](const auto& vector) { return vector.capacity() * sizeof(vector[0]); };
-  return of(keys_) + of(cells_) + of(bare_) + of(blocks_) + of(surroundings_) + of(rows_) + of(zz_);
+  return bytes_of(keys_) + bytes_of(cells_) + bytes_of(bare_) + bytes_of(blocks_) +
+         bytes_of(surroundings_) + bytes_of(rows_) + bytes_of(zz_);
 }
 
 VoxelKey VoxelMap::key_of(const Point& p) const noexcept {

@@ -10,6 +10,7 @@
 #include "block_table.hpp"
 #include "cell.hpp"
 #include "kernel.hpp"
+#include "vantage/kit/page_vector.hpp"
 #include "vantage/point_cloud.hpp"
 #include "vantage/result.hpp"
 
@@ -46,7 +47,7 @@ class VoxelMap {
   /// @param bare   voxels that are occupied and whose Gaussian was not kept; ascending, none of
   ///               `keys`
   VoxelMap(const VoxelOptions& options, const Eigen::Vector3d& origin_voxel,
-           std::vector<VoxelKey> keys, std::vector<Cell> cells, std::vector<VoxelKey> bare = {});
+           PageVector<VoxelKey> keys, PageVector<Cell> cells, PageVector<VoxelKey> bare = {});
 
   /// The same map in voxels of twice the edge, each the sum of the Gaussians in its eight voxels:
   /// mean and covariance are those of all their points, up to the rounding of cells and raised
@@ -95,15 +96,15 @@ class VoxelMap {
 
   VoxelOptions options_;
   Eigen::Vector3d origin_voxel_;
-  std::vector<VoxelKey> keys_;
-  std::vector<Cell> cells_;
-  std::vector<VoxelKey> bare_;
+  PageVector<VoxelKey> keys_;
+  PageVector<Cell> cells_;
+  PageVector<VoxelKey> bare_;
   // The same Gaussians in the form that the kernel reads.
-  std::vector<Block> blocks_;
-  std::vector<kernel::Surroundings> surroundings_;  // of each block; empty without bare voxels
+  PageVector<Block> blocks_;
+  PageVector<kernel::Surroundings> surroundings_;  // of each block; empty without bare voxels
   std::uint32_t shift_ = 0;
-  std::vector<kernel::Row> rows_;
-  std::vector<float> zz_;
+  PageVector<kernel::Row> rows_;
+  PageVector<float> zz_;
 };
 
 }  // namespace vantage::ndt
