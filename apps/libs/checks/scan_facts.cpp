@@ -45,7 +45,7 @@ PointCloud lowest_around(PointsView scan, double sign) {
 }
 
 /// The value that a share of the others is below; 0 without values.
-double value_at(const std::vector<double>& ascending, double share) {
+double value_at(const std::vector<float>& ascending, double share) {
   if (ascending.empty()) return 0.0;
   const auto last = static_cast<double>(ascending.size() - 1);
   return ascending[static_cast<std::size_t>(std::clamp(share, 0.0, 1.0) * last)];
@@ -120,9 +120,9 @@ void ScanSurvey::add(const io::StampedScan& scan) {
   const std::size_t step = (scan.points.size() + kMostRanges - 1) / kMostRanges;
   for (std::size_t i = 0; i < scan.points.size(); i += step) {
     const Point& p = scan.points[i];
-    sums_.ranges.push_back(p.norm());
+    sums_.ranges.push_back(static_cast<float>(p.norm()));
     if (sums_.ranges.back() > kNearest) {
-      sums_.elevations.push_back(std::atan2(p.z(), p.head<2>().norm()));
+      sums_.elevations.push_back(static_cast<float>(std::atan2(p.z(), p.head<2>().norm())));
     }
   }
   sizes_.push_back(static_cast<double>(scan.points.size()));

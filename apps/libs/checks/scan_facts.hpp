@@ -39,9 +39,9 @@ struct ScanFacts {
   std::size_t placed = 0, elsewhere = 0;
   double farthest = 0.0;
   /// Ranges of up to 20,000 of their points each, ascending [m].
-  std::vector<double> ranges;
+  std::vector<float> ranges;
   /// Elevations of those of these points that are farther away than 1 m, ascending [rad].
-  std::vector<double> elevations;
+  std::vector<float> elevations;
   /// Medians over the scans that show such a plane; none if fewer than half of them do.
   std::optional<GroundPlane> below, above;
 

@@ -1,16 +1,14 @@
 #include "vantage/io/read_ahead.hpp"
 
 #include <condition_variable>
-#include <deque>
 #include <mutex>
 #include <new>
+#include <optional>
 #include <thread>
 #include <utility>
 
 namespace vantage::io {
 namespace {
-
-constexpr std::size_t kAhead = 1;  // scans that wait; the thread holds one more
 
 class ReadAhead final : public ScanSource {
  public:
@@ -55,18 +53,20 @@ class ReadAhead final : public ScanSource {
     }
     changed_.notify_all();
     if (reader_.joinable()) reader_.join();
-    items_.clear();
+    next_.reset();
   }
 
   void read() {
+    std::unique_lock lock(mutex_);
     for (bool last = false; !last;) {
+      changed_.wait(lock, [this] { return stopped_ || !next_; });
+      if (stopped_) return;
+      lock.unlock();
       Item item{next_scan(), {}};
       item.skipped = source_->skipped();
       last = !item.scan || !*item.scan;
-      std::unique_lock lock(mutex_);
-      changed_.wait(lock, [this] { return stopped_ || items_.size() < kAhead; });
-      if (stopped_) return;
-      items_.push_back(std::move(item));
+      lock.lock();
+      next_ = std::move(item);
       changed_.notify_all();
     }
   }
@@ -82,9 +82,9 @@ class ReadAhead final : public ScanSource {
 
   Item take() {
     std::unique_lock lock(mutex_);
-    changed_.wait(lock, [this] { return !items_.empty(); });
-    Item item = std::move(items_.front());
-    items_.pop_front();
+    changed_.wait(lock, [this] { return next_.has_value(); });
+    Item item = *std::move(next_);
+    next_.reset();
     changed_.notify_all();
     return item;
   }
@@ -93,8 +93,8 @@ class ReadAhead final : public ScanSource {
   std::thread reader_;  // the only thread that reads from source_ while it runs
   std::mutex mutex_;
   std::condition_variable changed_;
-  std::deque<Item> items_;  // guarded by mutex_
-  bool stopped_ = false;    // guarded by mutex_
+  std::optional<Item> next_;  // guarded by mutex_
+  bool stopped_ = false;      // guarded by mutex_
   bool ended_ = false;
   SkippedScans skipped_;
 };

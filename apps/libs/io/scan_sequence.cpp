@@ -144,15 +144,18 @@ Result<ScanSequence> ScanSequence::open(const fs::path& path, double rate_hz,
 
   ScanSequence sequence;
   sequence.stamped_ = stamped;
+  std::vector<fs::path> files{path};
   std::optional<fs::path> times;
+  sequence.folder_ = path.parent_path();
   if (fs::is_directory(status)) {
-    VANTAGE_TRY(sequence.files_, scans_in(path));
+    VANTAGE_TRY(files, scans_in(path));
     times = times_file(path);
-  } else {
-    sequence.files_ = {path};
+    sequence.folder_ = path;
   }
-  VANTAGE_TRY(auto stamps, times ? read_times(*times, sequence.files_.size())
-                                 : stamps_from_names(sequence.files_, rate_hz));
+  sequence.names_.reserve(files.size());
+  for (const fs::path& file : files) sequence.names_.push_back(file.filename().string());
+  VANTAGE_TRY(auto stamps,
+              times ? read_times(*times, files.size()) : stamps_from_names(files, rate_hz));
   sequence.stamps_ = std::move(stamps.values);
   sequence.stamp_rule_ = std::move(stamps.rule);
   return sequence;
@@ -163,9 +166,9 @@ Result<StampedScan> ScanSequence::read(std::size_t i) const {
     return fail(ErrorCode::invalid_input,
                 fmt::format("scan {} of a sequence of {} scans", i, size()));
   }
-  VANTAGE_TRY(auto cloud, read_point_cloud(files_[i], ReadTimes::yes));
+  VANTAGE_TRY(auto cloud, read_point_cloud(file(i), ReadTimes::yes));
   return made_scan(std::move(cloud), stamps_[i], {.path = {}, .topic = {}, .stamped = stamped_},
-                   files_[i].string());
+                   file(i).string());
 }
 
 }  // namespace vantage::io

@@ -32,22 +32,21 @@ class ScanSequence {
   [[nodiscard]] static Result<ScanSequence> open(const std::filesystem::path& path, double rate_hz,
                                                  std::optional<StampedPoint> stamped = {});
 
-  [[nodiscard]] std::size_t size() const noexcept { return files_.size(); }
+  [[nodiscard]] std::size_t size() const noexcept { return names_.size(); }
   /// A sentence that says where the stamps come from.
   [[nodiscard]] const std::string& stamp_rule() const noexcept { return stamp_rule_; }
   /// [s]; strictly increasing. Precondition: i < size().
   [[nodiscard]] double stamp(std::size_t i) const noexcept { return stamps_[i]; }
   /// Precondition: i < size().
-  [[nodiscard]] const std::filesystem::path& file(std::size_t i) const noexcept {
-    return files_[i];
-  }
+  [[nodiscard]] std::filesystem::path file(std::size_t i) const { return folder_ / names_[i]; }
   /// Errors: `invalid_input` for i >= size(); those of read_point_cloud and seconds_after.
   [[nodiscard]] Result<StampedScan> read(std::size_t i) const;
 
  private:
   ScanSequence() = default;
 
-  std::vector<std::filesystem::path> files_;
+  std::filesystem::path folder_;
+  std::vector<std::string> names_;
   std::vector<double> stamps_;
   std::string stamp_rule_;
   std::optional<StampedPoint> stamped_;

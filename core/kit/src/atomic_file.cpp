@@ -11,7 +11,7 @@
 namespace vantage::io {
 namespace {
 
-constexpr std::size_t kBufferSize = std::size_t{1} << 18;
+constexpr std::size_t kBufferSize = std::size_t{1} << 16;
 
 }  // namespace
 

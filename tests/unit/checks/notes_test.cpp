@@ -27,7 +27,7 @@ ScanFacts good_scans() {
   ScanFacts scans;
   scans.scans = 5;
   scans.points = 20'000.0;
-  for (int k = 0; k < 1000; ++k) scans.ranges.push_back(2.0 + 0.06 * k);
+  for (int k = 0; k < 1000; ++k) scans.ranges.push_back(2.0F + 0.06F * static_cast<float>(k));
   scans.below = GroundPlane{.distance = 1.75, .tilt = 0.02, .share = 0.7};
   return scans;
 }
@@ -127,9 +127,9 @@ TEST_CASE("scans in other units or another frame, and without points") {
     change(scans);
     return only(notes_on(scans, config(), false));
   };
-  const auto times = [](double factor) {
+  const auto times = [](float factor) {
     return [factor](ScanFacts& s) {
-      for (double& range : s.ranges) range *= factor;
+      for (float& range : s.ranges) range *= factor;
     };
   };
   CHECK(note(times(1000.0)).ends_with("seem to be in millimetres"));
@@ -171,7 +171,7 @@ TEST_CASE("elevations of a selector that are not those of the sensor's rays") {
     ScanFacts scans = good_scans();
     if (!ground) scans.below.reset();
     for (double& elevation : points) elevation /= kDegrees;
-    scans.elevations = std::move(points);
+    scans.elevations.assign(points.begin(), points.end());
     return only(notes_on_sensor(scans, other, false));
   };
   // As many points at each of 16 rays, and fewer at those from 0 degrees on.

@@ -25,7 +25,9 @@ Known street() {
   known.scans.emplace();
   known.scans->scans = 5;
   known.scans->points = 40'000.0;
-  for (int k = 0; k < 1000; ++k) known.scans->ranges.push_back(3.0 + 0.073 * k);
+  for (int k = 0; k < 1000; ++k) {
+    known.scans->ranges.push_back(3.0F + 0.073F * static_cast<float>(k));
+  }
   known.scans->elevations = {-0.42, -0.1, 0.03};
   known.scans->below = checks::GroundPlane{.distance = 1.734, .tilt = 0.01, .share = 0.7};
   known.files = "map.pcd";
@@ -159,7 +161,7 @@ TEST_CASE("near points, tilt, and times of points") {
   CHECK(decided(known, "localizer.scan_min_range") == "1.0");
   CHECK(decided(known, "localizer.gravity") == "none");
   CHECK(decided(known, "localizer.undistort") == "true");
-  known.scans->ranges.assign(100, 0.5);
+  known.scans->ranges.assign(100, 0.5F);
   CHECK(decided(known, "localizer.scan_min_range") == "0.0");
   known.scans->below->tilt = 15.0 / kDegrees;
   CHECK(decided(known, "localizer.gravity") == "\"unknown\"");

@@ -6,8 +6,8 @@
 
 namespace vantage::io {
 
-/// Gives the same scans, but reads them in a separate thread while the caller works on earlier
-/// ones. At most two scans wait at any time. An error comes in its turn, after the scans before it.
+/// Gives the same scans, but reads the next one in a separate thread while the caller works on the
+/// one before. An error comes in its turn, after the scans before it.
 [[nodiscard]] std::unique_ptr<ScanSource> read_ahead(std::unique_ptr<ScanSource> source);
 
 }  // namespace vantage::io
