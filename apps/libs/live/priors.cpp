@@ -68,7 +68,10 @@ void Priors::keep(const Prior& prior) {
 
 void Priors::add(const io::ros::PoseMessage& pose) { keep(of(Input::prior, pose)); }
 
-void Priors::hint(const io::ros::PoseMessage& pose) { hint_ = of(Input::initial_pose, pose); }
+void Priors::hint(const io::ros::PoseMessage& pose) {
+  hint_ = of(Input::initial_pose, pose);
+  hint_is_aside_ = false;
+}
 
 void Priors::add(const io::ros::FixMessage& fix, const StaticFrames& frames) {
   if (!projection_) return;
@@ -133,7 +136,7 @@ std::optional<Priors::Prior> Priors::nearest(double stamp) const {
 
 std::optional<PosePrior> Priors::at(double stamp, const Pose& T_base_sensor) {
   std::erase_if(priors_, [&](const Prior& prior) { return prior.stamp < stamp - kKeptTime; });
-  if (hint_) {
+  if (hint_ && !hint_is_aside_) {
     // A hand points to a place on a screen: it knows no height, and a heading about.
     constexpr double kMetres = 1.0, kRadians = 15.0 * std::numbers::pi / 180.0;
     return of_sensor(hint_->T_map_base, hint_->variances, T_base_sensor, kMetres, kRadians);

@@ -35,6 +35,8 @@ class Priors {
   void hint(const io::ros::PoseMessage& pose);
   /// Whether a hint waits for a scan.
   [[nodiscard]] bool has_hint() const noexcept { return hint_.has_value(); }
+  /// The hint is no prior of later scans while a search with it is under way.
+  void set_hint_aside(bool is_aside) { hint_is_aside_ = is_aside; }
   /// The sensor was looked for with the hint.
   void use_up_hint() { hint_.reset(); }
   /// What was added, without the hint.
@@ -60,6 +62,7 @@ class Priors {
   std::optional<io::MapProjection> projection_;
   Notices& notices_;
   std::optional<Prior> hint_;
+  bool hint_is_aside_ = false;
   double altitude_ = 0.0;  // of the last fix that had one [m]
   std::deque<Prior> priors_;
 };

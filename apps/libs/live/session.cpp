@@ -224,14 +224,17 @@ std::optional<Pose> Session::odometry_at(double stamp, const std::string& base) 
   return pose * **T_child_base;
 }
 
-/// The sensor was looked for around the hint, unless the scan has no points or a disk does not
-/// answer. What fails in another way fails again.
-void Session::use_up_hint(const Result<ScanReport>& report) {
-  const bool is_used =
-      report ? report->scan_points > 0 : report.error().code != ErrorCode::io_failure;
+/// A hint is used up once the sensor was looked for around it: not by a scan without points, nor if
+/// the search fails. What fails in another way fails again.
+void Session::use_hint(const Result<ScanReport>& report) {
+  if (!priors_.has_hint()) return;
+  const bool is_under_way = report && report->searching;
+  priors_.set_hint_aside(is_under_way);
+  if (is_under_way) return;
+  const bool is_used = report ? report->scan_points > 0 && report->search_failure.empty()
+                              : report.error().code != ErrorCode::io_failure;
   if (is_used) return priors_.use_up_hint();
-  // After a scan in vain, a localizer may rest before it searches again.
-  if (priors_.has_hint()) begin_anywhere();
+  begin_anywhere();  // after a scan in vain, a localizer may rest before it searches again
 }
 
 Result<std::optional<Localized>> Session::localize() {
@@ -277,7 +280,7 @@ Result<std::optional<Localized>> Session::localize() {
                                      .seconds = now.scan.seconds,
                                      .prior = prior});
   const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
-  use_up_hint(report);
+  use_hint(report);
   if (!report) {
     left_out_ = to_string(report.error());
     return fail(std::move(report).error());

@@ -125,7 +125,7 @@ class Session {
     return has_waited(scan, now) || has_motion(scan);
   }
   void tell_silent_motion(const Waiting& scan, bool has_odometry);
-  void use_up_hint(const Result<ScanReport>& report);
+  void use_hint(const Result<ScanReport>& report);
   [[nodiscard]] Result<Pose> mount(const std::string& frame) const;
   void leave_out(std::string_view kind, const std::string& why);
   void feed_imu();

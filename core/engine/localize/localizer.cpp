@@ -181,13 +181,15 @@ Result<ScanReport> Localizer::localize(const Scan& scan) {
     VANTAGE_CHECK(s.take_finds(centred, sweep, expected).map_error(during));
     report.seconds_search = search.seconds();
   }
+  report.searching = s.recovery.under_way();
+  report.search_failure = s.search_failure;
   s.weighing.compare(s.hypotheses);
   s.stamp = scan.stamp;
   report.dropped_samples = s.inputs.dropped();
   if (s.hypotheses.empty()) {
     report.held_bytes = s.maps.statistics().bytes;
     s.inputs.forget_before(*s.middle);
-    report.reason = "the sensor has not been found yet";
+    report.reason = with_failure("the sensor has not been found yet", report);
     report.has_pose = false;
     return report;
   }

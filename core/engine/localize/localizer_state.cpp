@@ -248,7 +248,12 @@ Result<void> Localizer::State::take_finds(const Scan& scan, const Sweep& sweep,
   const PreparedScan& prepared = sweep.prepared;
   auto known = recovery.answer(scan.stamp);
   if (!known) return {};
-  VANTAGE_TRY(SearchAnswer answer, std::move(known->answer));
+  if (!known->answer) {
+    search_failure = "the search failed: " + to_string(known->answer.error());
+    return {};
+  }
+  SearchAnswer answer = *std::move(known->answer);
+  search_failure = answer.failure;
   if (known->T_then_now) {
     VANTAGE_TRY(answer, align_again(std::move(answer), *known->T_then_now, prepared));
   }
@@ -321,6 +326,7 @@ void Localizer::State::forget_everything(bool lost) {
   since.reset();
   inputs.forget();  // the clock may be another one
   recovery.forget();
+  search_failure.clear();
   weighing.forget();
   verdict.forget(lost);
   started = true;

@@ -2,6 +2,7 @@
 
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "localize/hypothesis.hpp"
@@ -45,6 +46,7 @@ struct Localizer::State {
 
   Weighing weighing;
   Verdict verdict{params};
+  std::string search_failure;  // ScanReport::search_failure
   Recovery recovery{{bundle, relocalizer, matcher, ahead, maps, params},
                     params};  // last: may be running
 
@@ -79,7 +81,8 @@ struct Localizer::State {
   [[nodiscard]] Pose step(const MotionFilter& expected) const;
   /// @param weighed  whether the scan was
   void begin_search(const Scan& scan, const PreparedScan& prepared, bool weighed);
-  /// Adds what the search under way found to the hypotheses, once it is known.
+  /// Adds what the search under way found to the hypotheses, once it is known. A search that failed
+  /// finds nothing.
   /// @param expected  the sensor's motion without this scan
   Result<void> take_finds(const Scan& scan, const Sweep& sweep, const MotionFilter& expected);
   /// Every hypothesis takes the scan in. @param best  the motion of the one that is reported

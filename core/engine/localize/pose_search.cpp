@@ -95,7 +95,7 @@ Result<void> check_candidates(const PoseCandidates& found, const PlaceQuery& que
 /// cannot be used are left out.
 Result<std::vector<Find>> starts_at(const std::vector<PoseCandidate>& candidates,
                                     const Searcher& in, const std::stop_token& stop,
-                                    SearchWork& work) {
+                                    SearchAnswer& answer) {
   std::map<RegionId, std::vector<Pose>> by_region;
   for (const auto& [T_map_scan, score] : candidates) {
     if (score < kWorthTrying * candidates.front().score) break;
@@ -106,8 +106,14 @@ Result<std::vector<Find>> starts_at(const std::vector<PoseCandidate>& candidates
   for (const auto& [region, poses] : by_region) {
     if (stop.stop_requested()) break;
     const auto map = in.maps.borrow(region);
-    if (!map) continue;  // the sensor is in another region, maybe
-    if (in.regions.size() > 1) work.loaded += (*map)->map_points;
+    if (!map) {  // the sensor is in another region, maybe
+      if (answer.failure.empty()) {
+        answer.failure = "the map of region " + in.regions.name_of(region) +
+                         " cannot be used: " + to_string(map.error());
+      }
+      continue;
+    }
+    if (in.regions.size() > 1) answer.work.loaded += (*map)->map_points;
     for (const Pose& pose : poses) {
       starts.push_back({region, *map, {}});
       starts.back().alignment.T_map_scan = pose;
@@ -181,6 +187,7 @@ Result<SearchAnswer> Searcher::operator()(const SearchTask& task, const std::sto
   }
   if (!places) {
     VANTAGE_TRY(places, open_index(bundle, relocalizer));
+    if (places) maps.set_aside(places->bytes());
   }
   if (!places) return SearchAnswer{.searchable = false};
   PlaceQuery query{.area = task.area, .stop = stop};
@@ -195,7 +202,7 @@ Result<SearchAnswer> Searcher::operator()(const SearchTask& task, const std::sto
   SearchAnswer answer{.compared = task.area.complete,
                       .work = {.search_ms = candidates.nominal_ms},
                       .to_itself = *to_itself};
-  VANTAGE_TRY(std::vector<Find> starts, starts_at(candidates.poses, *this, stop, answer.work));
+  VANTAGE_TRY(std::vector<Find> starts, starts_at(candidates.poses, *this, stop, answer));
   if (stop.stop_requested()) return answer;
   const auto align = [&](PointsView points, const std::vector<Find>& from) {
     answer.work.aligned += from.size() * points.size();

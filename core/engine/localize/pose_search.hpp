@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 #include <stop_token>
+#include <string>
 #include <vector>
 
 #include "localize/evidence.hpp"
@@ -58,7 +59,8 @@ struct SearchAnswer {
   std::vector<Find> finds = {};
   std::vector<Tried> tried = {};  ///< all places; no two of them are the same pose
   SearchWork work = {};
-  Fit to_itself = {};  ///< of the scan
+  Fit to_itself = {};        ///< of the scan
+  std::string failure = {};  ///< of the first region whose map could not be used; empty: of none
 
   /// What a pose was chosen from: the places that were tried, with the mean share of those that are
   /// not at the pose.

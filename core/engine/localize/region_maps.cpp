@@ -44,9 +44,9 @@ Result<Ready> make_ready(const MapReader& bundle, const PluginPtr<ScanMatcher>& 
   VANTAGE_TRY(ready->target, target_in(map, matcher));
   ready->seconds_prepare = stopwatch.seconds();
 
+  ready->bytes_at_first = std::max(std::size_t{1}, ready->bytes());
   ready->bytes_read = map.points.size() * sizeof(Point) + map.prepared.bytes.size();
   ready->map_points = map.points.empty() ? ready->target->elements() : map.points.size();
-  ready->viewpoints = std::move(map.viewpoints);
   return ready;
 }
 
@@ -70,6 +70,7 @@ struct RegionMaps::State {
   std::unordered_map<std::uint32_t, std::weak_ptr<const ReadyRegion>> lent;  // not in `entries`
   std::unordered_set<std::uint32_t> loading;  // which some thread is loading right now, to keep
   std::size_t lending = 0;                    // so many are being loaded to be borrowed
+  std::size_t aside = 0;                      // of the limit [bytes]
   // Expected, but failed or did not fit; how many were to be loaded before it then.
   std::unordered_map<std::uint32_t, std::ptrdiff_t> given_up;
   std::vector<RegionId> expected;
@@ -77,6 +78,7 @@ struct RegionMaps::State {
   bool busy = false;  // whether the loader is loading or releasing a map
   std::uint64_t takes = 0;
   std::size_t most_of_one = 0;  // that a region took while it was loaded [bytes]
+  double growth = 1.0;          // the most that a map has grown to, as a multiple of what it was
   Statistics counts;
 
   std::jthread loader;  // last, so that it ends before the members that it uses
@@ -105,15 +107,37 @@ struct RegionMaps::State {
     return {};
   }
 
+  /// Calls visit(map) for each map that is in memory.
+  template <class Visit>
+  void for_each_map(const Visit& visit) const {
+    for (const auto& [region, entry] : entries) visit(entry.ready);
+    for (const auto& [region, one] : lent) {
+      if (entries.contains(region)) continue;
+      if (const Ready ready = one.lock()) visit(ready);
+    }
+  }
+
   /// Counted anew each time: targets may have grown.
   [[nodiscard]] std::size_t bytes() const {
     std::size_t sum = 0;
-    for (const auto& [region, entry] : entries) sum += entry.ready->bytes();
-    for (const auto& [region, one] : lent) {
-      if (entries.contains(region)) continue;
-      if (const Ready ready = one.lock()) sum += ready->bytes();
-    }
+    for_each_map([&](const Ready& ready) { sum += ready->bytes(); });
     return sum;
+  }
+
+  /// What the maps in use may still grow by, if each grows as much as any did so far.
+  [[nodiscard]] std::size_t growth_to_expect() {
+    const auto first = [](const Ready& ready) {
+      return static_cast<double>(ready->bytes_at_first);
+    };
+    for_each_map([&](const Ready& ready) {
+      growth = std::max(growth, static_cast<double>(ready->bytes()) / first(ready));
+    });
+    double sum = 0.0;
+    for_each_map([&](const Ready& ready) {
+      const double more = growth * first(ready) - static_cast<double>(ready->bytes());
+      if (ready.use_count() > 1) sum += std::max(0.0, more);
+    });
+    return static_cast<std::size_t>(sum);
   }
 
   /// Makes room for a region, and loads it without the lock.
@@ -155,9 +179,10 @@ struct RegionMaps::State {
       const auto place = std::ranges::find(expected, RegionId{entry.first});
       return std::tuple(taken_last == entry.first, expected.end() - place, entry.second.used);
     };
+    const std::size_t to_come = (loading.size() + lending) * most_of_one + growth_to_expect();
     for (;;) {
-      const std::size_t held = bytes();
-      if (held + (loading.size() + lending) * most_of_one <= options.memory) break;
+      const std::size_t held = aside + bytes();
+      if (held + to_come <= options.memory) break;
       const auto least = std::ranges::min_element(entries, {}, worth);
       if (least == entries.end() || taken_last == least->first) break;
       if (const auto rank = rank_of(least->first)) {
@@ -240,6 +265,11 @@ Result<Ready> RegionMaps::borrow(RegionId region) const {
   std::unique_lock lock(state_->mutex);
   if (Ready ready = state_->held(region.value)) return ready;
   return state_->lend(region, lock);
+}
+
+void RegionMaps::set_aside(std::size_t bytes) const {
+  const std::scoped_lock lock(state_->mutex);
+  state_->aside = bytes;
 }
 
 void RegionMaps::expect(std::vector<RegionId> regions) {

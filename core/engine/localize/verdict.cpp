@@ -44,6 +44,11 @@ double beyond(const AlertLimit& limit, const PoseConfidence& confidence, double 
 
 }  // namespace
 
+std::string with_failure(std::string reason, const ScanReport& report) {
+  if (!report.search_failure.empty()) reason += ": " + report.search_failure;
+  return reason;
+}
+
 PoseMatrix published_covariance(const MotionFilter& motion) {
   constexpr double kRepeated = 1.5;  // chosen on the recorded street
   return kRepeated * motion.pose_covariance();
@@ -111,7 +116,8 @@ Verdict::Case Verdict::judge_scan(const Hypothesis& best, const Known& known,
       // On an open square, a scan fits as well a few metres beside its pose.
       Check{elsewhere, {uncertain, "the scan fits the map as well beside this pose"}},
       Check{!best.fits(), {uncertain, kDoesNotFit}},
-      Check{!known.compared, {uncertain, "not compared with the rest of the map yet"}}};
+      Check{!known.compared,
+            {uncertain, with_failure("not compared with the rest of the map yet", report)}}};
   const auto first = std::ranges::find(checks, true, &Check::holds);
   return first == checks.end() ? Case{tracked, ""} : first->of;
 }

@@ -16,6 +16,9 @@ struct Known {
   bool scores_as_usual = false;  ///< the scan, at the best hypothesis
 };
 
+/// A reason, and why the search did not mend it, if it failed.
+[[nodiscard]] std::string with_failure(std::string reason, const ScanReport& report);
+
 /// The covariance that is reported of a pose. Errors of the map and of the place repeat from scan
 /// to scan; the filter takes them for new at every scan, and averages them away.
 [[nodiscard]] PoseMatrix published_covariance(const MotionFilter& motion);

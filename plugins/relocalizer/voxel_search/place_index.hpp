@@ -59,6 +59,11 @@ class PlaceIndex {
            words_in_blocks();
   }
   [[nodiscard]] std::size_t words_in_blocks() const noexcept { return words_ / 2 + 3; }
+  /// Memory that the index holds.
+  [[nodiscard]] std::size_t bytes() const noexcept {
+    return sizeof(std::uint64_t) * (bits_.capacity() + blocks_.capacity()) +
+           sizeof(std::int16_t) * lowest_.capacity();
+  }
   [[nodiscard]] bool occupied(const Eigen::Vector3i& voxel) const noexcept {
     if ((voxel.array() < 0).any() || (voxel.array() >= size_.array()).any()) return false;
     return (row(voxel.y(), voxel.z())[voxel.x() / 64] >> (voxel.x() % 64) & 1U) != 0;

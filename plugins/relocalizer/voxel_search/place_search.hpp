@@ -20,6 +20,9 @@ struct PlacesFound {
   std::uint64_t words = 0;  ///< 128 blocks that were compared with a point: the work
 };
 
+/// What find_places takes [bytes], whatever the index.
+inline constexpr std::size_t kBytesToFind = 1'500'000;
+
 /// Finds the places that a scan fits best. It tries all translations by whole blocks, all headings
 /// in steps of 5 degrees, and the heights that a sensor may have above the lowest points nearby,
 /// and the voxels of the best blocks. It tests 128 blocks at once as bits. A bound excludes blocks

@@ -60,6 +60,9 @@ class Index final : public RelocalizerIndex {
                             .nominal_ms = static_cast<double>(found.words) / kWordsPerMs};
     });
   }
+  [[nodiscard]] std::size_t bytes() const noexcept override {
+    return places_.bytes() + kBytesToFind;
+  }
 
  private:
   PlaceIndex places_;

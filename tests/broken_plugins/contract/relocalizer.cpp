@@ -70,6 +70,9 @@ class BrokenIndex final : public RelocalizerIndex {
       return found;
     });
   }
+  [[nodiscard]] std::size_t bytes() const noexcept override {
+    return breaks("R17") || !sound_ ? sizeof(*this) : sound_->bytes();
+  }
 
  private:
   [[nodiscard]] Result<PoseCandidates> search(PointsView scan, const PlaceQuery& query) const {

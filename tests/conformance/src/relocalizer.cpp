@@ -385,6 +385,19 @@ void odd_maps(const Subject& subject) {
   }
 }
 
+void grows(const Subject& subject) {
+  PointCloud map;
+  std::size_t bytes = 0;
+  for (std::uint32_t towns = 1; towns <= 4; ++towns) {
+    CAPTURE(towns);
+    const PointCloud next = moved(town(subject, towns), {150.0 * towns, 0, 0});
+    map.insert(map.end(), next.begin(), next.end());
+    const Indexed index = indexed(subject, map);
+    CHECK(index->bytes() > bytes);
+    bytes = index->bytes();
+  }
+}
+
 void any_threads(const Subject& subject) {
   const PointCloud map = town(subject);
   const PointCloud scan = seen_from(map, some_poses(subject, 1)[0]);
@@ -432,6 +445,7 @@ constexpr std::array kClauses{
            "unsupported",
            &odd_maps},
     Clause{"R16", "1, 2 and 7 threads give the same result", &any_threads},
+    Clause{"R17", "the index of a larger map takes more memory", &grows},
 };
 
 }  // namespace

@@ -293,6 +293,36 @@ TEST_CASE("start_anywhere looks in all regions and says so until it has found th
   CHECK(again.switched);
 }
 
+TEST_CASE("a search that fails is reported, and localization goes on") {
+  World world;
+  world.truth->reach = 3.0;
+  Localizer localizer = world.localizer();
+  world.memory->unreadable = {2};  // the first search reads all regions
+  REQUIRE(localizer.start(at_x(8)));
+  const ScanReport alone = world.look(localizer, 0.0, at_x(8));
+  CHECK(alone.tracking == Tracking::uncertain);
+  CHECK(alone.T_map_scan.translation.x() == doctest::Approx(8.0));
+  CHECK(alone.reason.find("not compared with the rest of the map yet: the search failed: error: "
+                          "the file has 7 bytes") == 0);
+  localizer.start_anywhere();
+  const ScanReport nowhere = world.look(localizer, 0.1, at_x(8));
+  CHECK_FALSE(nowhere.has_pose);
+  CHECK(nowhere.reason.find("the search failed: error: the file has 7 bytes") != std::string::npos);
+
+  world.memory->unreadable = {};
+  const ScanReport found = world.look(localizer, 0.2, at_x(8));
+  CHECK(found.tracking == Tracking::tracked);
+  CHECK(found.search_failure.empty());
+
+  // The places of a region whose map cannot be read are left out.
+  world.memory->unreadable = {1};
+  localizer.start_anywhere();
+  const ScanReport left_out = world.look(localizer, 0.3, at_x(17.3));
+  CHECK(left_out.tracking != Tracking::tracked);
+  CHECK(left_out.search_failure.find("cannot be used: error: the file has 7 bytes") !=
+        std::string::npos);
+}
+
 TEST_CASE("a prior starts a sensor, and refutes a pose that it contradicts") {
   World world;
   world.truth->reach = 3.0;

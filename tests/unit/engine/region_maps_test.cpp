@@ -14,9 +14,7 @@ using namespace vantage;
 
 namespace {
 
-constexpr std::size_t kViewpoints = 10;
-constexpr std::size_t kBytes = 1000;  // of a target; its viewpoints come on top
-constexpr std::size_t kRegionBytes = kBytes + kViewpoints * sizeof(Point);
+constexpr std::size_t kRegionBytes = 1000;
 
 /// What the fakes below have seen; the test sets what they do.
 struct Events {
@@ -45,9 +43,8 @@ class CountingReader final : public MapReader {
     const std::scoped_lock lock(events_.mutex);
     events_.gets.push_back(region.value);
     if (events_.broken.contains(region.value)) return fail(ErrorCode::corrupt_data, "damaged");
-    return RegionMap{.points = PointCloud(region.value + 1, Point::Zero()),
-                     .viewpoints = PointCloud(kViewpoints, Point::Zero()),
-                     .prepared = {}};
+    return RegionMap{
+        .points = PointCloud(region.value + 1, Point::Zero()), .viewpoints = {}, .prepared = {}};
   }
 
  private:
@@ -72,7 +69,7 @@ class ReportingMatcher final : public ScanMatcher {
         return ScanScore{};
       }
       [[nodiscard]] std::size_t bytes() const noexcept override {
-        return kBytes + events_.grown_by;
+        return kRegionBytes + events_.grown_by;
       }
       [[nodiscard]] std::size_t elements() const noexcept override { return points_; }
 
@@ -111,7 +108,6 @@ TEST_CASE("what was expected is taken without blocking, what was not is loaded b
   REQUIRE(expected);
   CHECK_FALSE(expected->blocked);
   CHECK(expected->region->map_points == 4);
-  CHECK(expected->region->viewpoints.size() == kViewpoints);
   const auto surprise = maps.take(RegionId{7});
   REQUIRE(surprise);
   CHECK(surprise->blocked);
@@ -211,6 +207,15 @@ TEST_CASE("what is borrowed, and points on their way, count as well as what is k
   REQUIRE(maps.take(RegionId{4}));
   CHECK(maps.statistics().regions <= 3);
   CHECK_FALSE(maps.take(RegionId{kMany})->blocked);
+}
+
+TEST_CASE("what was set aside leaves less for maps") {
+  Fixture f;
+  RegionMaps maps(f.bundle, f.matcher, {.memory = 6 * kRegionBytes, .background = false});
+  for (const std::uint32_t r : {0U, 1U, 2U, 3U}) REQUIRE(maps.take(RegionId{r}));
+  maps.set_aside(3 * kRegionBytes);
+  CHECK_FALSE(maps.take(RegionId{3})->blocked);
+  CHECK(maps.statistics().bytes == 3 * kRegionBytes);
 }
 
 TEST_CASE("a region that did not fit is loaded once it is needed sooner") {

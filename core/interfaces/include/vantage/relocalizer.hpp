@@ -61,6 +61,9 @@ class VANTAGE_API RelocalizerIndex {
   /// @param scan  N points, sensor frame [m]; finite, evenly thinned; may be empty
   [[nodiscard]] virtual Result<PoseCandidates> find(PointsView scan,
                                                     const PlaceQuery& query) const noexcept = 0;
+  /// Memory that the index holds, and that a `find` takes beside it [bytes]. It counts in the
+  /// engine's limit on the memory of maps.
+  [[nodiscard]] virtual std::size_t bytes() const noexcept = 0;
 };
 
 /// Finds where in a wide-area map a scan may have been taken. The engine decides when it asks, and

@@ -71,6 +71,9 @@ struct ScanReport {
   /// Time that the scan spent on the search for a lost sensor, or waited for one that runs in the
   /// background (LocalizerParams::live); 0 for a scan that needed none.
   double seconds_search = 0.0;
+  bool searching = false;  ///< a search is under way: its answer comes with a later scan
+  /// Why the last search failed, or left places out whose maps cannot be used; empty if it did not.
+  std::string search_failure;
   double seconds_verdict = 0.0;              ///< weighing and comparing the poses that are followed
   std::optional<Alignment> alignment;        ///< none if nothing matched
   std::optional<PoseConfidence> confidence;  ///< of `T_map_scan`; none without a pose
@@ -143,7 +146,8 @@ class VANTAGE_API Localizer {
   /// cannot be matched keeps the prediction as its pose. While there is doubt, the scans search for
   /// other poses in a growing circle. What a search finds later than within
   /// LocalizerParams::search_budget is moved by the motion since, and aligned again with the scan
-  /// of that moment. Localization continues in every case.
+  /// of that moment. A search that fails is reported and begun again. Localization continues in
+  /// every case.
   /// Errors: `invalid_input` before a start, for a stamp that does not increase, for a prior that
   /// is no rigid transform or has a deviation that is not positive, or for times that do not belong
   /// to the points; a region map that cannot be loaded or prepared.

@@ -133,7 +133,8 @@ struct LocalizerParams {
         optional(
             "map_memory", &LocalizerParams::map_memory, "MiB",
             "limit on the memory of region maps: those that are kept, those of rival poses, and "
-            "those on their way with their points; the map in use is always kept",
+            "those on their way with their points, and of the index that poses are searched in; "
+            "the map in use is always kept",
             positive),
         optional("covariance_scale", &LocalizerParams::covariance_scale, "",
                  "the covariance of an alignment of N points is this factor times N + 700 times "

@@ -16,16 +16,14 @@ namespace vantage {
 /// One region's map, ready to match against. Immutable.
 struct ReadyRegion {
   PluginPtr<MatchTarget> target;
-  PointCloud viewpoints;         ///< map frame [m]
   std::uint64_t map_points = 0;  ///< N_point of Eq. 13: points, or elements if no points are stored
   double seconds_load = 0.0;     ///< time to read it from the store
   double seconds_prepare = 0.0;  ///< time to make it ready for matching
   std::size_t bytes_read = 0;    ///< points and prepared bytes, which are gone now [bytes]
+  std::size_t bytes_at_first = 1;  ///< that the region held before it was used; not 0
 
   /// Memory that the region holds now. A target may take more while it is used.
-  [[nodiscard]] std::size_t bytes() const {
-    return target->bytes() + viewpoints.size() * sizeof(Point);
-  }
+  [[nodiscard]] std::size_t bytes() const { return target->bytes(); }
 };
 
 /// What scans are matched to in a region: its prepared map if one is stored, otherwise its points.
@@ -49,8 +47,9 @@ class VANTAGE_API RegionMaps {
  public:
   struct Options {
     /// Limit [bytes] of all maps: those that are kept, borrowed, and on their way with their
-    /// points. It is enforced when a region is taken or loaded. The last region taken and what was
-    /// borrowed stay. Expected regions leave only if the maps alone are beyond the limit.
+    /// points, of what those in use may grow by, and of what was set aside. It is enforced when a
+    /// region is taken or loaded. The last region taken and what was borrowed stay. Expected
+    /// regions leave only if the maps alone are beyond the limit.
     std::size_t memory = std::size_t{40} << 20U;
     bool background = true;  ///< false: `expect` does nothing
   };
@@ -72,6 +71,9 @@ class VANTAGE_API RegionMaps {
   /// Returns a region if it is ready, or as long as somebody holds what was borrowed before.
   /// Otherwise loads it for the caller and does not keep it. Errors: those of make_ready.
   [[nodiscard]] Result<std::shared_ptr<const ReadyRegion>> borrow(RegionId region) const;
+
+  /// From now on, something else takes so much of the memory limit [bytes].
+  void set_aside(std::size_t bytes) const;
 
   /// Announces the regions that will be taken soon, the soonest first. Replaces the previous
   /// announcement. The regions are loaded in this order while they fit into the memory limit.
