@@ -239,8 +239,13 @@ void Localizer::State::begin_search(const Scan& scan, const PreparedScan& prepar
       hypotheses.empty() ? std::nullopt : std::optional(hypotheses.front().predicted());
   const auto area = recovery.area(scan.prior, predicted, directory->summary().map_bounds);
   if (!area) return;
-  recovery.begin(scan.stamp, {prepared, weighed ? weighing.fresh_reference() : std::nullopt, *area,
-                              inputs.up(*middle)});
+  SearchTask task{.scan = {},
+                  .to_itself = weighed ? weighing.fresh_reference() : std::nullopt,
+                  .area = *area,
+                  .up = inputs.up(*middle)};
+  task.scan.points = prepared.points;
+  if (!task.to_itself) task.scan.finite = prepared.finite;
+  recovery.begin(scan.stamp, std::move(task));
 }
 
 Result<void> Localizer::State::take_finds(const Scan& scan, const Sweep& sweep,

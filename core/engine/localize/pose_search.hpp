@@ -46,8 +46,8 @@ struct Tried {
 
 /// A scan whose pose is searched for. Borrows nothing, so that the search may outlive the scan.
 struct SearchTask {
-  PreparedScan scan;
-  std::optional<Fit> to_itself;  ///< the scan's fit to itself, if it is known already
+  PreparedScan scan;             ///< without times
+  std::optional<Fit> to_itself;  ///< the scan's fit to itself; none: `scan.finite` tells
   PlaceArea area;
   std::optional<Eigen::Vector3d> up = {};  ///< in the sensor frame, if an accelerometer tells
 };
