@@ -107,7 +107,7 @@ void print(const AssessmentReport& report, double alert_limit, const Options& op
   const Localizability all = localizability_of(report.atlas, alert_limit);
   const Statistics& error = all.expected_error;
   if (options.common.json) {
-    nlohmann::ordered_json json{{"matcher", report.atlas.calibration.matcher.plugin},
+    nlohmann::ordered_json json{{"matcher", report.atlas.matcher.plugin},
                                 {"sites", all.sites},
                                 {"unmatched_sites", all.unmatched},
                                 {"expected_error", nullptr},
@@ -123,7 +123,7 @@ void print(const AssessmentReport& report, double alert_limit, const Options& op
     return;
   }
   std::cout << fmt::format("{} for {}", cli::counted(all.sites, "site"),
-                           report.atlas.calibration.matcher.plugin);
+                           report.atlas.matcher.plugin);
   if (error.count > 0) {
     std::cout << fmt::format(": expected error {:.3f} m median, {:.3f} m or less at 95 %",
                              error.median, error.p95);

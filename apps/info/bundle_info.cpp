@@ -227,7 +227,7 @@ std::string some_of(const Localizability& all, std::size_t sites) {
 
 Lines lines_of(const Atlas& atlas) {
   const Localizability all = localizability_of(atlas, kAlertLimit);
-  Lines lines{{"atlas for", atlas.calibration.matcher.plugin}, {"sites", cli::grouped(all.sites)}};
+  Lines lines{{"atlas for", atlas.matcher.plugin}, {"sites", cli::grouped(all.sites)}};
   if (all.unmatched > 0) lines.emplace_back("matching nothing", some_of(all, all.unmatched));
   if (all.expected_error.count > 0) {
     lines.emplace_back(
@@ -301,18 +301,17 @@ nlohmann::ordered_json json_of(const Site& site, const BundleInfo& info) {
 
 nlohmann::ordered_json json_of(const Atlas& atlas, const BundleInfo& info) {
   const Localizability all = localizability_of(atlas, kAlertLimit);
-  nlohmann::ordered_json json{{"matcher",
-                               {{"plugin", atlas.calibration.matcher.plugin},
-                                {"params", atlas.calibration.matcher.params}}},
-                              {"sites", all.sites},
-                              {"unmatched_sites", all.unmatched},
-                              {"alert_limit", kAlertLimit},
-                              {"sites_beyond_alert_limit", all.beyond_limit},
-                              {"weak_ratio", kWeakRatio},
-                              {"weak_sites", all.weak},
-                              {"sites_with_alike_places", all.alike},
-                              {"expected_error", nullptr},
-                              {"basin", nullptr}};
+  nlohmann::ordered_json json{
+      {"matcher", {{"plugin", atlas.matcher.plugin}, {"params", atlas.matcher.params}}},
+      {"sites", all.sites},
+      {"unmatched_sites", all.unmatched},
+      {"alert_limit", kAlertLimit},
+      {"sites_beyond_alert_limit", all.beyond_limit},
+      {"weak_ratio", kWeakRatio},
+      {"weak_sites", all.weak},
+      {"sites_with_alike_places", all.alike},
+      {"expected_error", nullptr},
+      {"basin", nullptr}};
   if (all.expected_error.count > 0) {
     json["expected_error"] = {{"median", all.expected_error.median},
                               {"p95", all.expected_error.p95},

@@ -17,7 +17,6 @@
 #include "terminal/option_values.hpp"
 #include "terminal/progress.hpp"
 #include "terminal/table.hpp"
-#include "vantage/engine/atlas.hpp"
 #include "vantage/engine/predicted_errors.hpp"
 #include "vantage/evaluation/clock_offset.hpp"
 #include "vantage/evaluation/metrics.hpp"
@@ -35,19 +34,6 @@ struct Options {
   InputOptions inputs;
   cli::CommonOptions common;
 };
-
-/// What is to be said of a calibration that does not fit.
-Result<std::string> note_on_calibration(const Bundle& bundle, const Config& config,
-                                        const PluginLoader& plugins) {
-  VANTAGE_TRY(const auto atlas, Atlas::of_bundle(bundle));
-  if (!atlas || !config.matcher) return std::string();
-  VANTAGE_TRY(const MatcherChoice used, MatcherChoice::of(*config.matcher, plugins));
-  const MatcherChoice& measured = atlas->calibration.matcher;
-  if (measured == used) return std::string();
-  return fmt::format("the bundle's calibration is for {}: risks follow the default model\n",
-                     measured.plugin == used.plugin ? measured.plugin + " with other parameters"
-                                                    : "the matcher " + measured.plugin);
-}
 
 /// ", relocalized twice", or nothing.
 std::string relocalized(std::size_t times) {
@@ -263,9 +249,8 @@ Result<void> run(const CLI::App& app, const Options& options) {
   VANTAGE_TRY(auto localizer, Localizer::open(bundle, config, plugins));
   VANTAGE_TRY(const auto predicted, PredictedErrors::of_bundle(bundle));
   if (!options.common.quiet) {
-    VANTAGE_TRY(const std::string note, note_on_calibration(bundle, config, plugins));
     VANTAGE_TRY(const std::string index, note_on_index(bundle, config));
-    std::cerr << note << index;
+    std::cerr << index;
   }
   const double max_risk = localizer.params().max_risk;
   std::optional<io::OutputFile> html;

@@ -141,7 +141,7 @@ Result<PluginChoice> matcher_of(const Bundle& bundle, const std::optional<Atlas>
                     kHowToGetAnAtlas,
                 SourceLocation{bundle.name(), 0, 0});
   }
-  const MatcherChoice& measured = atlas->calibration.matcher;
+  const MatcherChoice& measured = atlas->matcher;
   VANTAGE_TRY(Table params, parse_toml(measured.params, bundle.name()));
   return PluginChoice{
       .plugin = measured.plugin, .library = {}, .params = std::move(params), .where = {}};

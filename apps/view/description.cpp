@@ -54,7 +54,7 @@ std::string legend(const Drawing& drawing, const Controls& controls, const Scale
           "sites      {} of the atlas for {}; white line: weak direction, longer if weaker; "
           "violet: alike places",
           kLeastError, kLargestError, cli::grouped(scene.atlas()->sites.size()),
-          scene.atlas()->calibration.matcher.plugin);
+          scene.atlas()->matcher.plugin);
   }
   return {};
 }

@@ -198,18 +198,10 @@ Result<Row> measure(const NamedWorld& named, std::uint64_t seed, const AtlasOpti
 
   Row row{.name = named.name, .seed = seed, .places = places_of(atlas, scans)};
   if (options.sites) print_places(row);
-  const Calibration& c = atlas.calibration;
-  const auto quantile = [](const std::vector<double>& shares, std::size_t k) {
-    return shares.empty() ? std::string("-") : fmt::format("{:.3f}", shares[k]);
-  };
   std::size_t alike = 0;
   for (const Site& site : atlas.sites) alike += site.alike.empty() ? 0 : 1;
-  std::cerr << fmt::format(
-      "{}, seed {}: {} sites, {} with alike places; {} right shares {} / {} / {}, {} wrong ones {} "
-      "/ {} / {}\n",
-      row.name, seed, atlas.sites.size(), alike, c.right_samples, quantile(c.right, 1),
-      quantile(c.right, 16), quantile(c.right, 31), c.wrong_samples, quantile(c.wrong, 1),
-      quantile(c.wrong, 16), quantile(c.wrong, 31));
+  std::cerr << fmt::format("{}, seed {}: {} sites, {} with alike places\n", row.name, seed,
+                           atlas.sites.size(), alike);
   if (named.name == "tunnel") {
     const std::vector<TunnelSite> sites = sites_in_tunnel(atlas, params);
     if (sites.empty()) return fail(ErrorCode::internal, "no site is in the tunnel");

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include "support/plugins.hpp"
-#include "vantage/build/assessment.hpp"
 #include "vantage/build/bundle_build.hpp"
 
 namespace vantage::benchmarks {
@@ -58,9 +57,6 @@ Result<Bundle> WorldBundles::open(const simulation::WorldParams& params, const N
     VANTAGE_TRY(const Config config, config_of(map, "ndt", localizer_, place));
     VANTAGE_TRY(BundleBuild build, BundleBuild::prepare(config, plugins));
     VANTAGE_CHECK(build.run(world->map, {}));
-    VANTAGE_TRY(Bundle bundle, Bundle::open(place, plugins));
-    VANTAGE_TRY(Assessment assessment, Assessment::prepare(std::move(bundle), config, plugins));
-    VANTAGE_CHECK(assessment.run(world->map));
   }
   return Bundle::open(place, plugins);
 }

@@ -8,7 +8,7 @@ Atlas made_atlas(const Point& first) {
   const auto at = [&](double x) -> Point { return first + Point(x, 0, 0); };
   const auto pose = [&](double x) { return pose_from_xyz_rpy(at(x), {0, 0, 0.3}); };
   Atlas atlas;
-  atlas.calibration.matcher = {.plugin = "ndt", .params = "resolution = 1.0\n"};
+  atlas.matcher = {.plugin = "ndt", .params = "resolution = 1.0\n"};
   atlas.sites = {{.region = RegionId{0},
                   .position = at(0),
                   .precision = SitePrecision{.expected_error = 0.01,

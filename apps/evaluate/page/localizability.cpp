@@ -52,7 +52,7 @@ std::string sites_svg(const Evaluation& e, const EvaluatedConfig& config,
       config.routes.empty() ? AlertLimit{}.metres : config.routes.front().run.alert_limit.metres;
   const Localizability all = localizability_of(atlas, limit);
   std::string note =
-      fmt::format("{} for {}", cli::counted(all.sites, "site"), atlas.calibration.matcher.plugin);
+      fmt::format("{} for {}", cli::counted(all.sites, "site"), atlas.matcher.plugin);
   if (all.expected_error.count > 0) {
     note += fmt::format(", median {:.1f} cm", 100.0 * all.expected_error.median);
   }

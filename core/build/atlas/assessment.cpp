@@ -97,7 +97,7 @@ Result<AssessmentReport> Assessment::run(const MapParts& map, const Progress& pr
   tell();
   AssessmentReport report;
   VANTAGE_TRY(report.atlas, try_sites(bundle_, sites, hits_at, places_.get(), matcher_, step));
-  report.atlas.calibration.matcher = choice_;
+  report.atlas.matcher = choice_;
   VANTAGE_CHECK(bundle_.reader().attach(Atlas::kAttachment, report.atlas.encode()));
   report.seconds = stopwatch.seconds();
   report.core_seconds = cpu.seconds();

@@ -47,16 +47,6 @@ Pose start_at(Pose pose, double distance, double direction, double turn) {
   return pose;
 }
 
-std::vector<double> quantiles_of(std::vector<double> samples) {
-  if (samples.empty()) return {};
-  std::sort(samples.begin(), samples.end());
-  std::vector<double> result;
-  for (std::size_t k = 0; k < Calibration::kQuantiles; ++k) {
-    result.push_back(samples[k * (samples.size() - 1) / (Calibration::kQuantiles - 1)]);
-  }
-  return result;
-}
-
 /// Runs tasks in parallel. @return  the error of the first of them that failed
 Result<void> run_all(std::size_t tasks, const std::function<Result<void>(std::size_t)>& run) {
   std::vector<Result<void>> outcomes(tasks);
@@ -275,39 +265,14 @@ std::vector<AlikePlace> alike_of(const SiteTrials& site) {
   return alike;
 }
 
-/// Adds the evidence's shares of the trials that ended near the truth, or of the others.
-void add_shares(const Trials& trials, const Pose& truth, double metres, double radians, bool near,
-                std::vector<double>& shares) {
-  for (const auto& trial : trials) {
-    if (!trial || !trial->evidence) continue;
-    if (is_near(trial->alignment.T_map_scan, truth, metres, radians) == near) {
-      shares.push_back(trial->evidence->share);
-    }
-  }
-}
-
 Atlas atlas_of(const std::vector<SiteTrials>& all) {
   Atlas atlas;
-  std::vector<double> right, wrong;
-  std::size_t telling = 0;
   for (const SiteTrials& site : all) {
     atlas.sites.push_back({.region = site.place.region,
                            .position = site.place.position,
                            .precision = precision_of(site),
                            .alike = alike_of(site)});
-    // Virtual scans that do not find their own pose do not tell right from wrong either: a map
-    // without its ground has viewpoints where no sensor could be.
-    if (site.basin <= 0.0) continue;
-    ++telling;
-    add_shares(site.right, site.truth, kRightMetres, kRightRadians, true, right);
-    add_shares(site.wrong, site.truth, kWrongMetres, kWrongRadians, false, wrong);
   }
-  if (2 * telling < all.size()) return atlas;
-  atlas.calibration = {.matcher = {},
-                       .right_samples = right.size(),
-                       .wrong_samples = wrong.size(),
-                       .right = quantiles_of(right),
-                       .wrong = quantiles_of(wrong)};
   return atlas;
 }
 

@@ -14,19 +14,10 @@ namespace vantage {
 namespace {
 
 // The last character is the version.
-constexpr std::string_view kAtlasFormat = "vatlas01";
+constexpr std::string_view kAtlasFormat = "vatlas02";
 
 tl::unexpected<Error> no_atlas(const char* reason) {
   return fail(ErrorCode::corrupt_data, std::string("the bundle's atlas ") + reason);
-}
-
-template <class Archive, class Quantiles>
-void describe_quantiles(Archive& archive, std::uint64_t samples, Quantiles& shares) {
-  if constexpr (Archive::kReads) {
-    if (samples > 0 && archive.ok()) shares.resize(Calibration::kQuantiles);
-  }
-  for (auto& share : shares) archive.field(share, std::numeric_limits<double>::lowest());
-  archive.check(std::is_sorted(shares.begin(), shares.end()));
 }
 
 template <class Archive, class Precision>
@@ -66,13 +57,8 @@ void describe_site(Archive& archive, OneSite& site) {
 
 template <class Archive, class Whole>
 void describe_atlas(Archive& archive, Whole& atlas) {
-  auto& calibration = atlas.calibration;
-  archive.field(calibration.matcher.plugin);
-  archive.field(calibration.matcher.params);
-  archive.field(calibration.right_samples);
-  archive.field(calibration.wrong_samples);
-  describe_quantiles(archive, calibration.right_samples, calibration.right);
-  describe_quantiles(archive, calibration.wrong_samples, calibration.wrong);
+  archive.field(atlas.matcher.plugin);
+  archive.field(atlas.matcher.params);
   RegionId before;
   archive.list(atlas.sites, kLeastSiteBytes, [&](auto& site) {
     describe_site(archive, site);

@@ -82,7 +82,7 @@ struct Evidence {
 inline constexpr double kMostShare = 1.0 + kChange;
 
 /// How shares are distributed at right poses (from the least one to the most) and at wrong ones
-/// (two exponentials). A bundle's atlas may change the defaults.
+/// (two exponentials).
 struct ShareModel {
   double wrong_scale = kFarScale;  ///< mean share at poses that are far off
   /// Of wrong poses that share a street's walls or a row of trees with the right one.

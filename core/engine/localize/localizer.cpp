@@ -8,7 +8,6 @@
 #include "bundle/built_as_asked.hpp"
 #include "localize/localizer_state.hpp"
 #include "localize/place_index.hpp"
-#include "localize/share_model.hpp"
 #include "vantage/kit/stopwatch.hpp"
 
 namespace vantage {
@@ -64,9 +63,8 @@ Localizer::Localizer(Localizer&&) noexcept = default;
 Localizer& Localizer::operator=(Localizer&&) noexcept = default;
 Localizer::~Localizer() = default;
 
-Result<Localizer> Localizer::open(Bundle bundle, PluginPtr<ScanMatcher> matcher,
-                                  BundleRelocalizer relocalizer, const LocalizerParams& params,
-                                  const ShareModel& model) {
+Result<Localizer> Localizer::of(Bundle bundle, PluginPtr<ScanMatcher> matcher,
+                                BundleRelocalizer relocalizer, const LocalizerParams& params) {
   const BundleSummary& all = bundle.directory()->summary();
   if (all.empty_regions == all.regions) {
     return fail(ErrorCode::invalid_input, "no region of the bundle holds any point");
@@ -75,14 +73,14 @@ Result<Localizer> Localizer::open(Bundle bundle, PluginPtr<ScanMatcher> matcher,
   // A program may have set what a file could not.
   VANTAGE_TRY(const LocalizerParams checked, parse<LocalizerParams>(to_table(params)));
   return Localizer(std::make_unique<State>(std::move(bundle), std::move(matcher),
-                                           std::move(relocalizer), checked, model));
+                                           std::move(relocalizer), checked, ShareModel{}));
 }
 
 Result<Localizer> Localizer::open(Bundle bundle, PluginPtr<ScanMatcher> matcher,
                                   PluginPtr<Relocalizer> relocalizer,
                                   const LocalizerParams& params) {
-  return open(std::move(bundle), std::move(matcher),
-              BundleRelocalizer{.plugin = std::move(relocalizer)}, params, ShareModel{});
+  return of(std::move(bundle), std::move(matcher),
+            BundleRelocalizer{.plugin = std::move(relocalizer)}, params);
 }
 
 Result<Localizer> Localizer::open(Bundle bundle, const Config& config,
@@ -90,9 +88,8 @@ Result<Localizer> Localizer::open(Bundle bundle, const Config& config,
   VANTAGE_TRY(const PluginChoice choice, config.need(config.matcher, "matcher", kLocalization));
   VANTAGE_TRY(auto matcher, plugins.load<ScanMatcher>(choice));
   VANTAGE_TRY(BundleRelocalizer relocalizer, relocalizer_for(bundle, config, plugins));
-  VANTAGE_TRY(const ShareModel model, share_model_of(bundle, choice, plugins));
-  return open(std::move(bundle), std::move(matcher), std::move(relocalizer),
-              config.localizer.value_or(LocalizerParams{}), model);
+  return of(std::move(bundle), std::move(matcher), std::move(relocalizer),
+            config.localizer.value_or(LocalizerParams{}));
 }
 
 Result<Localizer> Localizer::open(const Config& config, const PluginLoader& plugins) {

@@ -12,7 +12,6 @@
 #include "support/real_data.hpp"
 #include "vantage/build/assessment.hpp"
 #include "vantage/build/bundle_build.hpp"
-#include "vantage/engine/localizer.hpp"
 
 using namespace vantage;
 
@@ -172,10 +171,7 @@ TEST_CASE("a corridor is weak along its axis, whatever its direction") {
       const double off = std::remainder(site.precision->weak_direction - turn, kPi);
       CHECK(std::abs(off) < 5.0 * kPi / 180.0);
     }
-    // Along the axis, scans do not find their own pose: they teach nothing of right and wrong.
-    CHECK(2 * found < atlas.sites.size());
-    CHECK(atlas.calibration.right.empty());
-    CHECK(atlas.calibration.wrong.empty());
+    CHECK(2 * found < atlas.sites.size());  // along the axis, scans do not find their own pose
   }
 }
 
@@ -199,9 +195,8 @@ TEST_CASE("the atlas says where a sensor is localized well, and is the same for 
       const auto atlas = atlas_of(bundle);
       REQUIRE(atlas);
       CHECK(atlas->sites.size() >= 4);
-      CHECK(atlas->calibration.matcher.plugin == "ndt");
-      CHECK(atlas->calibration.matcher.params.find("resolution") != std::string::npos);
-      CHECK(atlas->calibration.right_samples > 2 * atlas->sites.size());
+      CHECK(atlas->matcher.plugin == "ndt");
+      CHECK(atlas->matcher.params.find("resolution") != std::string::npos);
       for (const Site& site : atlas->sites) {
         REQUIRE(site.precision);
         CHECK(site.precision->expected_error < 0.1);
@@ -227,7 +222,6 @@ TEST_CASE("two equal rows of houses name each other as alike") {
     });
   }
   CHECK(named >= atlas.sites.size() * 3 / 4);
-  CHECK(atlas.calibration.wrong.back() > 0.5 * atlas.calibration.right[16]);
 }
 
 TEST_CASE(
@@ -307,22 +301,4 @@ TEST_CASE("sites at which nothing matches say so") {
   REQUIRE(told.size() == 1 + 2 * atlas->sites.size());
   CHECK(told.back() == std::pair(2 * atlas->sites.size(), 2 * atlas->sites.size()));
   for (const Site& site : atlas->sites) CHECK_FALSE(site.precision);
-  CHECK(atlas->calibration.right.empty());
-}
-
-TEST_CASE("a localizer opens with a calibration, with that of another matcher, and with none") {
-  const PointCloud map = noisy(street_of_houses(5)), path = path_along_x(20.0);
-  const test::TemporaryFolder folder;
-  const Bundle bundle = built(folder, map, path);
-  const Config usual = config_of(folder.path() / "bundle", kNdt);
-  CHECK(Localizer::open(bundle, usual, test::built_plugins()));
-  REQUIRE(assess(bundle, map));
-  for (const char* matcher : {"ndt", "icp"}) {
-    const Config config = config_of(folder.path() / "bundle",
-                                    "[matcher]\nplugin = \"" + std::string(matcher) + "\"\n");
-    CHECK(Localizer::open(bundle, config, test::built_plugins()));
-    const auto used = MatcherChoice::of(*config.matcher, test::built_plugins());
-    REQUIRE(used);
-    CHECK((*used == atlas_of(bundle)->calibration.matcher) == (std::string(matcher) == "ndt"));
-  }
 }

@@ -10,12 +10,7 @@ namespace {
 
 Atlas some_atlas() {
   Atlas atlas;
-  Calibration& calibration = atlas.calibration;
-  calibration.matcher = {.plugin = "ndt", .params = "resolution = 1.0\n"};
-  calibration.right_samples = 40;
-  for (std::size_t k = 0; k < Calibration::kQuantiles; ++k) {
-    calibration.right.push_back(0.5 + 0.01 * static_cast<double>(k));
-  }
+  atlas.matcher = {.plugin = "ndt", .params = "resolution = 1.0\n"};
   atlas.sites = {
       {.region = RegionId{2}, .position = {1, 2, 3}, .precision = {}, .alike = {}},
       {.region = RegionId{2},
@@ -43,7 +38,7 @@ TEST_CASE("an atlas comes back from its bytes as it was") {
   const auto bytes = atlas.encode();
   const auto again = Atlas::decode(bytes);
   REQUIRE_MESSAGE(again, again.error().message);
-  CHECK(again->calibration == atlas.calibration);
+  CHECK(again->matcher == atlas.matcher);
   REQUIRE(again->sites.size() == 2);
   for (std::size_t k = 0; k < 2; ++k) {
     CHECK(again->sites[k].region == atlas.sites[k].region);
@@ -86,8 +81,6 @@ TEST_CASE("numbers outside their ranges are refused") {
     change(atlas);
     check_refused(atlas.encode());
   };
-  refused([](Atlas& a) { a.calibration.right[3] = 0.9; });
-  refused([](Atlas& a) { a.calibration.right[3] = std::nan(""); });
   refused([](Atlas& a) { a.sites[0].position.x() = INFINITY; });
   refused([](Atlas& a) { a.sites[0].region = RegionId{3}; });  // not in the order of regions
   refused([](Atlas& a) { a.sites[1].precision->weak_direction = 3.2; });

@@ -89,7 +89,7 @@ TEST_CASE("a scan scores as usual if it does not fall short of those that were t
   CHECK_FALSE(bench.weighing.scores_as_usual(Hypothesis{}));
 }
 
-TEST_CASE("the bundle's calibration decides whether a scan fits") {
+TEST_CASE("the model of evidence decides whether a scan fits") {
   const Bench bench;
   const auto map = std::make_shared<ReadyRegion>();
   map->target = in_library_of(bench.matcher, bench.matcher->prepare({}).value());

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstddef>
-#include <cstdint>
 #include <optional>
 #include <span>
 #include <string>
@@ -17,27 +16,12 @@
 
 namespace vantage {
 
-/// The distributions of a matcher's evidence on this map, at right and at wrong poses. Virtual
-/// scans at the sites of an atlas are aligned from right and from wrong starts. The evidence of an
-/// alignment is its share of the sharpness that a perfect map would give (docs/localization.md).
-struct Calibration {
-  /// A distribution has this many quantiles: the smallest share, those that k / 32 of the samples
-  /// are below, the largest.
-  static constexpr std::size_t kQuantiles = 33;
-
-  MatcherChoice matcher;
-  std::uint64_t right_samples = 0, wrong_samples = 0;  ///< number of alignments
-  /// Shares of alignments that ended at the right pose, and of those that ended farther than 2 m
-  /// from it; ascending. `kQuantiles` each, or none without samples.
-  std::vector<double> right, wrong;
-
-  friend bool operator==(const Calibration&, const Calibration&) = default;
-};
-
 /// A place that a scan of a site fits as well, or nearly.
 struct AlikePlace {
-  Pose T_map_scan;        ///< where the scan was aligned to
-  double likeness = 0.0;  ///< its share of evidence there, relative to that at the right pose; > 0
+  Pose T_map_scan;  ///< where the scan was aligned to
+  /// Its evidence there, relative to that at the right pose; > 0. The evidence is the share of the
+  /// sharpness that a perfect map would give (docs/localization.md).
+  double likeness = 0.0;
 };
 
 /// How precisely a scan of a site is localized.
@@ -71,7 +55,7 @@ struct VANTAGE_API Atlas {
   /// The name of its bytes in a bundle.
   static constexpr const char* kAttachment = "atlas";
 
-  Calibration calibration;
+  MatcherChoice matcher;    ///< with which it was measured
   std::vector<Site> sites;  ///< in the order of their regions
 
   /// The atlas of a bundle; none if it was not assessed.

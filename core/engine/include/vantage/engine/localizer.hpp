@@ -24,7 +24,6 @@
 namespace vantage {
 
 struct BundleRelocalizer;
-struct ShareModel;
 
 enum class Tracking : std::uint8_t {
   tracked,    ///< the risk is at most LocalizerParams::max_risk
@@ -96,20 +95,17 @@ struct SensorMotion {
 /// that is under way then goes on, or is ended.
 class VANTAGE_API Localizer {
  public:
-  /// Judges by the default model of evidence, because the matcher's parameters are not known.
   /// @param relocalizer  the one that made the bundle's index of places, if there is an index.
   ///                     None: a lost sensor is not searched for
   /// Errors: `invalid_input` if the maps of all regions are empty.
   [[nodiscard]] static Result<Localizer> open(Bundle bundle, PluginPtr<ScanMatcher> matcher,
                                               PluginPtr<Relocalizer> relocalizer,
                                               const LocalizerParams& params);
-  /// The same with the [matcher], the [relocalizer] and the [localizer] of a configuration. If the
-  /// bundle's atlas was measured with this matcher, it judges by its calibration. Without a
-  /// [relocalizer], it takes the one that made the bundle's index of places. If that is another
+  /// The same with the [matcher], the [relocalizer] and the [localizer] of a configuration. Without
+  /// a [relocalizer], it takes the one that made the bundle's index of places. If that is another
   /// one, the first search makes an index from the bundle's points; without points, that is
   /// `invalid_config`.
-  /// Errors: those above; a missing table or plugin, or a wrong parameter; those of
-  /// Atlas::of_bundle.
+  /// Errors: those above; a missing table or plugin, or a wrong parameter.
   [[nodiscard]] static Result<Localizer> open(Bundle bundle, const Config& config,
                                               const PluginLoader& plugins);
   /// The same with the bundle that the configuration names. Errors: those above and those of
@@ -159,10 +155,9 @@ class VANTAGE_API Localizer {
 
  private:
   struct State;
-  [[nodiscard]] static Result<Localizer> open(Bundle bundle, PluginPtr<ScanMatcher> matcher,
-                                              BundleRelocalizer relocalizer,
-                                              const LocalizerParams& params,
-                                              const ShareModel& model);
+  [[nodiscard]] static Result<Localizer> of(Bundle bundle, PluginPtr<ScanMatcher> matcher,
+                                            BundleRelocalizer relocalizer,
+                                            const LocalizerParams& params);
   explicit Localizer(std::unique_ptr<State> state);
   std::unique_ptr<State> state_;
 };
