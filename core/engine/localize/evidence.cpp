@@ -72,10 +72,9 @@ double bounded_share(const Evidence& evidence) {
 }
 
 /// Density of the share at right poses.
-double density_right(const Evidence& evidence, const ShareModel& model) {
+double density_right(const Evidence& evidence) {
   const double x = bounded_share(evidence);
-  return x < model.least_right ? 1.0 / kMostShare
-                               : 1.0 / (x * std::log(kMostShare / model.least_right));
+  return x < kLeastRight ? 1.0 / kMostShare : 1.0 / (x * std::log(kMostShare / kLeastRight));
 }
 
 /// Little structure makes wrong poses look as sharp as right ones. So does a share that is mostly
@@ -137,16 +136,15 @@ Evidence evidence_of(const Fit& fit, const Fit& to_itself) noexcept {
   return evidence;
 }
 
-double log_ratio_to_far(const Evidence& evidence, const ShareModel& model) {
-  const double scale = scale_of_wrong(model.wrong_scale, evidence);
+double log_ratio_to_far(const Evidence& evidence) {
+  const double scale = scale_of_wrong(kFarScale, evidence);
   const double far = std::exp(-bounded_share(evidence) / scale) / scale;
-  const double ratio = std::log(density_right(evidence, model) / far);
+  const double ratio = std::log(density_right(evidence) / far);
   return log_likelihood_ratio_of_margin(evidence) +
-         (ratio < 0.0 ? ratio * weight_of_share(evidence, model) : ratio);
+         (ratio < 0.0 ? ratio * weight_of_share(evidence) : ratio);
 }
 
-LookalikeOdds odds_of_lookalike(const Evidence& evidence, const Lookalikes& among,
-                                const ShareModel& model) {
+LookalikeOdds odds_of_lookalike(const Evidence& evidence, const Lookalikes& among) {
   const double x = bounded_share(evidence);
   const double scale = scale_of_wrong(among.scale, evidence);
   // The best of several has the density of their maximum. A share below its mode is no better.
@@ -154,16 +152,16 @@ LookalikeOdds odds_of_lookalike(const Evidence& evidence, const Lookalikes& amon
   const double others = among.count > 1.0 ? std::pow(1.0 - above, among.count - 1.0) : 1.0;
   const double similar = among.count * others * above / scale;
   const double q = std::exp(log_likelihood_ratio_of_margin(evidence));
-  return {(similar / density_right(evidence, model) + model.alike) / q, kOutlier / q};
+  return {(similar / density_right(evidence) + kAlike) / q, kOutlier / q};
 }
 
-double log_likelihood_ratio(const Evidence& evidence, const ShareModel& model) {
-  const LookalikeOdds odds = odds_of_lookalike(evidence, Lookalikes::of(model), model);
-  return -std::log(std::exp(-log_ratio_to_far(evidence, model)) + odds.elsewhere + odds.near);
+double log_likelihood_ratio(const Evidence& evidence) {
+  const LookalikeOdds odds = odds_of_lookalike(evidence, {});
+  return -std::log(std::exp(-log_ratio_to_far(evidence)) + odds.elsewhere + odds.near);
 }
 
-double weight_of_share(const Evidence& evidence, const ShareModel& model) noexcept {
-  return std::min(1.0, model.wrong_scale / evidence.noise);
+double weight_of_share(const Evidence& evidence) noexcept {
+  return std::min(1.0, kFarScale / evidence.noise);
 }
 
 double log_likelihood_ratio_of_margin(const Evidence& evidence) {

@@ -81,31 +81,18 @@ struct Evidence {
 /// A share is at most that of a perfect map, and what the map may add to it.
 inline constexpr double kMostShare = 1.0 + kChange;
 
-/// How shares are distributed at right poses (from the least one to the most) and at wrong ones
-/// (two exponentials).
-struct ShareModel {
-  double wrong_scale = kFarScale;  ///< mean share at poses that are far off
-  /// Of wrong poses that share a street's walls or a row of trees with the right one.
-  double similar = kSimilar, similar_scale = kSimilarScale;
-  /// Of poses that are wrong although they fit like right ones: places that are alike.
-  double alike = kAlike;
-  double least_right = kLeastRight;
-};
-
 /// Wrong poses that fit a little, because a street fits a street. The share of one stays about the
 /// same from scan to scan, so further scans do not tell it from a right pose.
 struct Lookalikes {
-  double count;  ///< a pose was chosen from so many; below 1: the probability of being one
-  double scale;  ///< the mean of their shares, which are exponential
-  [[nodiscard]] static Lookalikes of(const ShareModel& model) noexcept {
-    return {model.similar, model.similar_scale};
-  }
+  /// A pose was chosen from so many; below 1: the probability of being one.
+  double count = kSimilar;
+  double scale = kSimilarScale;  ///< the mean of their shares, which are exponential
 };
 
 /// log(p(evidence | pose right) / p(evidence | pose far off)): log(q R), where R is the ratio of
 /// the shares' densities, and q = p(margin | right) / p(a margin of at least 0 | right). Scans at
 /// different places are independent.
-[[nodiscard]] double log_ratio_to_far(const Evidence& evidence, const ShareModel& model = {});
+[[nodiscard]] double log_ratio_to_far(const Evidence& evidence);
 
 /// The odds that a pose is wrong in a way that persists, against being right.
 struct LookalikeOdds {
@@ -113,15 +100,14 @@ struct LookalikeOdds {
   double near;       ///< beside the right pose, if nothing is known of the contrast
 };
 /// @param evidence  the mean over independent scans
-[[nodiscard]] LookalikeOdds odds_of_lookalike(const Evidence& evidence, const Lookalikes& among,
-                                              const ShareModel& model = {});
+[[nodiscard]] LookalikeOdds odds_of_lookalike(const Evidence& evidence, const Lookalikes& among);
 
 /// log(p(evidence | pose right) / p(evidence | pose wrong)) of a single scan: -log(1 / (q R) + c),
-/// with c the sum of odds_of_lookalike. At most 9.2 with the default model.
-[[nodiscard]] double log_likelihood_ratio(const Evidence& evidence, const ShareModel& model = {});
+/// with c the sum of odds_of_lookalike. At most 9.2.
+[[nodiscard]] double log_likelihood_ratio(const Evidence& evidence);
 
 /// How much a share says, in [0, 1]: little for a scan without structure.
-[[nodiscard]] double weight_of_share(const Evidence& evidence, const ShareModel& model) noexcept;
+[[nodiscard]] double weight_of_share(const Evidence& evidence) noexcept;
 
 /// What the margin alone says where the share says nothing: log(q), at most 0.
 [[nodiscard]] double log_likelihood_ratio_of_margin(const Evidence& evidence);

@@ -73,7 +73,7 @@ Result<Localizer> Localizer::of(Bundle bundle, PluginPtr<ScanMatcher> matcher,
   // A program may have set what a file could not.
   VANTAGE_TRY(const LocalizerParams checked, parse<LocalizerParams>(to_table(params)));
   return Localizer(std::make_unique<State>(std::move(bundle), std::move(matcher),
-                                           std::move(relocalizer), checked, ShareModel{}));
+                                           std::move(relocalizer), checked));
 }
 
 Result<Localizer> Localizer::open(Bundle bundle, PluginPtr<ScanMatcher> matcher,
@@ -115,9 +115,7 @@ Result<void> Localizer::start(const Pose& T_map_scan) {
   VANTAGE_CHECK(s.maps.take(choice.region).map_error(during));
   s.forget_everything(false);
   const double log_odds = std::log((1.0 - kDoubt) / kDoubt);
-  s.hypotheses.push_back({.initial = T_map_scan,
-                          .last = T_map_scan,
-                          .support = Support(log_odds, Lookalikes::of(s.weighing.model()))});
+  s.hypotheses.push_back({.initial = T_map_scan, .last = T_map_scan, .support = Support(log_odds)});
   s.elsewhere = update_beliefs(s.hypotheses);
   return {};
 }

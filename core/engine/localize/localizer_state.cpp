@@ -34,8 +34,7 @@ MotionNoise noise_of(MotionModel model) {
 }  // namespace
 
 Localizer::State::State(Bundle the_bundle, PluginPtr<ScanMatcher> the_matcher,
-                        BundleRelocalizer the_relocalizer, const LocalizerParams& the_params,
-                        const ShareModel& model)
+                        BundleRelocalizer the_relocalizer, const LocalizerParams& the_params)
     : bundle(std::move(the_bundle)),
       matcher(std::move(the_matcher)),
       relocalizer(std::move(the_relocalizer)),
@@ -48,7 +47,7 @@ Localizer::State::State(Bundle the_bundle, PluginPtr<ScanMatcher> the_matcher,
       inputs({.T_sensor_imu = pose_of(params.T_sensor_imu),
               .T_sensor_body = pose_of(params.T_sensor_body)}),
       noise(noise_of(params.motion)),
-      weighing(*matcher, model, AlertLimit::of(params)) {}
+      weighing(*matcher, AlertLimit::of(params)) {}
 
 MotionFilter Localizer::State::unplaced(double now) const {
   const double before = middle.value_or(now);
@@ -267,7 +266,7 @@ Result<void> Localizer::State::take_finds(const Scan& scan, const Sweep& sweep,
   for (const Find& find : answer.finds) {
     VANTAGE_TRY(auto found, hypothesis_at(find, sweep, expected));
     if (!found) continue;
-    found->support = Support(std::log(kRecall), answer.around(found->pose(), weighing.model()));
+    found->support = Support(std::log(kRecall), answer.around(found->pose()));
     found->support.be_found(missed);
     see(scan.prior, *found);
     VANTAGE_CHECK(weighing.measure(prepared, answer.to_itself, *found));
@@ -279,7 +278,7 @@ Result<void> Localizer::State::take_finds(const Scan& scan, const Sweep& sweep,
 
 void Localizer::State::learn(const SearchAnswer& answer, double missed, Hypothesis& one) const {
   if (answer.tried.empty()) return;
-  one.support.be_among(answer.around(one.pose(), weighing.model()).scale);
+  one.support.be_among(answer.around(one.pose()).scale);
   const bool is_found = std::ranges::any_of(answer.finds, [&](const Find& find) {
     return is_same_pose(find.alignment.T_map_scan, one.pose());
   });

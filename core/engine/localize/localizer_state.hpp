@@ -20,7 +20,7 @@ namespace vantage {
 /// What a localizer holds, and the steps of a scan.
 struct Localizer::State {
   State(Bundle the_bundle, PluginPtr<ScanMatcher> the_matcher, BundleRelocalizer the_relocalizer,
-        const LocalizerParams& the_params, const ShareModel& model);
+        const LocalizerParams& the_params);
 
   Bundle bundle;
   PluginPtr<ScanMatcher> matcher;

@@ -159,9 +159,9 @@ Result<std::vector<Find>> improved(std::vector<Find> finds, const Align& align) 
 
 }  // namespace
 
-Lookalikes SearchAnswer::around(const Pose& T_map_scan, const ShareModel& model) const {
-  // What the model expects of wrong poses counts like a mean of them.
-  double sum = kMeanOf * std::lerp(model.wrong_scale, model.similar_scale, model.similar);
+Lookalikes SearchAnswer::around(const Pose& T_map_scan) const {
+  // What is expected of wrong poses counts like a mean of them.
+  double sum = kMeanOf * std::lerp(kFarScale.value, kSimilarScale.value, kSimilar.value);
   double samples = kMeanOf;
   for (const Tried& one : tried) {
     if ((one.T_map_scan.translation - T_map_scan.translation).norm() < 2.0 * kBasin) continue;

@@ -64,7 +64,7 @@ struct SearchAnswer {
 
   /// What a pose was chosen from: the places that were tried, with the mean share of those that are
   /// not at the pose.
-  [[nodiscard]] Lookalikes around(const Pose& T_map_scan, const ShareModel& model) const;
+  [[nodiscard]] Lookalikes around(const Pose& T_map_scan) const;
 };
 
 /// Finds poses from which a scan may have been taken. It aligns the scan at the candidates of the

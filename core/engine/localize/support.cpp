@@ -27,8 +27,8 @@ void Support::take(double told, double news) {
   searched_ = 0.0;
 }
 
-void Support::take(const Evidence& evidence, double news, const ShareModel& model) {
-  const double precision = weight_of_share(evidence, model);
+void Support::take(const Evidence& evidence, double news) {
+  const double precision = weight_of_share(evidence);
   const double weight = news * precision * precision;
   if (!(weight > 0.0)) return;
   Evidence bounded = evidence;  // one bad scan does not outweigh all others
@@ -39,7 +39,7 @@ void Support::take(const Evidence& evidence, double news, const ShareModel& mode
                                         &Evidence::margin, &Evidence::margin_noise}) {
     mean_.*value = std::lerp(mean_.*value, bounded.*value, part);
   }
-  lookalike_ = odds_of_lookalike(mean_, among_, model);
+  lookalike_ = odds_of_lookalike(mean_, among_);
 }
 
 void Support::take(const Contrast& contrast) {

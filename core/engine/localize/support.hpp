@@ -18,14 +18,15 @@ class Support {
   Support() = default;
   /// @param log_odds  of the pose, before any scan and search
   /// @param among     what it was chosen from
-  Support(double log_odds, const Lookalikes& among) : prior_(log_odds), among_(among) {}
+  explicit Support(double log_odds, const Lookalikes& among = {})
+      : prior_(log_odds), among_(among) {}
 
   /// Takes in what a scan says against poses that are far off.
   /// @param told  log(p(scan | right) / p(scan | far off))
   /// @param news  how independent the scan is of those before, in [0, 1]
   void take(double told, double news);
   /// Takes in what its share and margin say against lookalikes.
-  void take(const Evidence& evidence, double news, const ShareModel& model);
+  void take(const Evidence& evidence, double news);
   /// Takes in the contrast at another place.
   void take(const Contrast& contrast);
 
@@ -61,7 +62,7 @@ class Support {
   double prior_ = 0.0, absolute_ = 0.0, relative_ = 0.0;
   double searched_ = 0.0;  // what the best search adds
   double far_ = 0.0;       // log ratio to a pose that is far off
-  Lookalikes among_ = Lookalikes::of({});
+  Lookalikes among_;
   Evidence mean_;
   double scans_ = 0.0;                 // in the mean, by their news
   LookalikeOdds lookalike_{0.0, 0.0};  // of the mean

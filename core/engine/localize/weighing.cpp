@@ -116,12 +116,12 @@ Result<void> Weighing::measure(Hypothesis& one, PointsView some,
   if (some.empty() || !one.alignment || !reference) return {};
   VANTAGE_TRY(const Fit fit, fit_at(*one.map->target, some, one.alignment->T_map_scan, limit_));
   one.evidence = evidence_of(fit, *reference);
-  one.is_refuted = log_likelihood_ratio(*one.evidence, model_) < 0.0;
+  one.is_refuted = log_likelihood_ratio(*one.evidence) < 0.0;
   one.silent = one.belief >= kBelieved && one.is_refuted && scores_as_usual(one);
   // Where nothing holds the matcher, its wandering says nothing either.
-  one.told = one.silent ? log_likelihood_ratio_of_margin(*one.evidence)
-                        : log_ratio_to_far(*one.evidence, model_) +
-                              log_ratio_of_deviation(one.innovation());
+  one.told = one.silent
+                 ? log_likelihood_ratio_of_margin(*one.evidence)
+                 : log_ratio_to_far(*one.evidence) + log_ratio_of_deviation(one.innovation());
   return {};
 }
 
@@ -153,7 +153,7 @@ void Weighing::take(std::vector<Hypothesis>& hypotheses) {
 void Weighing::take(Hypothesis& one, double news) const {
   if (one.contrast) one.support.take(*one.contrast);
   one.support.take(one.told, news);
-  if (one.evidence && !one.silent) one.support.take(*one.evidence, news, model_);
+  if (one.evidence && !one.silent) one.support.take(*one.evidence, news);
 }
 
 void Weighing::compare(std::vector<Hypothesis>& hypotheses) const {

@@ -23,8 +23,8 @@ namespace vantage {
 class Weighing {
  public:
   /// @param matcher  must outlive the object
-  Weighing(const ScanMatcher& matcher, const ShareModel& model, const AlertLimit& limit)
-      : matcher_(&matcher), model_(model), limit_(limit) {}
+  Weighing(const ScanMatcher& matcher, const AlertLimit& limit)
+      : matcher_(&matcher), limit_(limit) {}
 
   /// Whether this scan needs to be weighed. While one hypothesis is beyond doubt, that is so once a
   /// metre and once a second, because scans nearer to each other say the same.
@@ -57,8 +57,6 @@ class Weighing {
   /// one. The support of each but the best fit falls, the lower the more its fit falls short.
   void compare(std::vector<Hypothesis>& hypotheses) const;
 
-  [[nodiscard]] const ShareModel& model() const noexcept { return model_; }
-
   /// Whether the scan that was weighed last did not fit.
   [[nodiscard]] bool was_adrift() const noexcept { return adrift_; }
 
@@ -72,7 +70,7 @@ class Weighing {
   /// Learns from the hypothesis that is reported which level is usual.
   void learn(const Hypothesis& first, bool tracked);
   /// Forgets everything.
-  void forget() { *this = Weighing(*matcher_, model_, limit_); }
+  void forget() { *this = Weighing(*matcher_, limit_); }
 
  private:
   /// Of the level's logarithm since the scan before; 0 without one.
@@ -85,7 +83,6 @@ class Weighing {
   [[nodiscard]] Result<void> measure_contrast(Hypothesis& one, PointsView some) const;
 
   const ScanMatcher* matcher_;
-  ShareModel model_;
   AlertLimit limit_;
   double usual_level_ = 0.0;  // of recent tracked scans
   double last_level_ = 0.0;   // of the scan before

@@ -15,12 +15,12 @@ namespace {
 void take(Support& support, double share, double news = 1.0) {
   const Evidence evidence{.share = share, .noise = 0.01, .margin = 0.3};
   support.take(log_ratio_to_far(evidence), news);
-  support.take(evidence, news, {});
+  support.take(evidence, news);
 }
 
 Hypothesis with_odds(double odds) {
   Hypothesis one;
-  one.support = Support(std::log(odds), Lookalikes::of({}));
+  one.support = Support(std::log(odds));
   return one;
 }
 
@@ -65,24 +65,24 @@ TEST_CASE("the odds of a lookalike fall with the share, also where it was chosen
 }
 
 TEST_CASE("one bad scan does not spoil the mean for long") {
-  Support support(2.0, Lookalikes::of({}));
+  Support support(2.0);
   for (int k = 0; k < 5; ++k) take(support, 0.7);
   const Evidence covered{.share = -50.0, .noise = 0.01, .margin = -99.0, .margin_noise = 0.1};
   support.take(-6.0, 1.0);
-  support.take(covered, 1.0, {});
+  support.take(covered, 1.0);
   for (int k = 0; k < 12; ++k) take(support, 0.7);
   CHECK(support.log_odds() > 6.0);
 }
 
 TEST_CASE("a few scans that do not fit outweigh any number that did") {
-  Support support(0.0, Lookalikes::of({}));
+  Support support(0.0);
   for (int k = 0; k < 1000; ++k) take(support, 0.7);
   for (int k = 0; k < 12; ++k) take(support, 0.0);
   CHECK(support.log_odds() < 0.0);
 }
 
 TEST_CASE("a prior counts once, however often it is seen, and a later one replaces it") {
-  Support support(2.0, Lookalikes::of({}));
+  Support support(2.0);
   support.take(20.0, 1.0);
   const double before = support.log_odds();
   for (int k = 0; k < 10; ++k) support.see_prior(-2.0);
@@ -130,7 +130,7 @@ TEST_CASE("the odds that a pose shared with rivals are its own again once it is 
 }
 
 TEST_CASE("a search that found a pose adds to its odds, but once, and does not undo comparisons") {
-  Support given(2.0, Lookalikes::of({})), refuted(-3.0, Lookalikes::of({}));
+  Support given(2.0), refuted(-3.0);
   const double before = given.log_odds(), before_refuted = refuted.log_odds();
   given.favour(-1.0);
   for (int search = 0; search < 3; ++search) given.be_found(0.1);
@@ -142,7 +142,7 @@ TEST_CASE("a search that found a pose adds to its odds, but once, and does not u
 }
 
 TEST_CASE("a pose that was refuted has to be found anew, or to fit clearly") {
-  Support support(3.5, Lookalikes::of({}));
+  Support support(3.5);
   for (int k = 0; k < 5; ++k) take(support, 0.7);
   for (int k = 0; k < 15; ++k) support.take(-6.0, 1.0);
   CHECK(support.log_odds() < -3.0);
@@ -162,10 +162,10 @@ TEST_CASE("the example of docs/localization.md, by hand") {
   const auto elsewhere = [](double margin, const Contrast& contrast) {
     const Evidence evidence{.share = 0.7, .noise = 0.018, .margin = margin, .margin_noise = 0.019};
     std::vector<Hypothesis> one(1);
-    one[0].support = Support(std::log(0.95 / 0.05), Lookalikes::of({}));
+    one[0].support = Support(std::log(0.95 / 0.05));
     one[0].support.take(contrast);
     one[0].support.take(log_ratio_to_far(evidence), 1.0);
-    one[0].support.take(evidence, 1.0, {});
+    one[0].support.take(evidence, 1.0);
     return update_beliefs(one);
   };
   const auto is = [](double value) { return doctest::Approx(value).epsilon(0.01).scale(0.0); };
@@ -176,7 +176,7 @@ TEST_CASE("the example of docs/localization.md, by hand") {
 
 TEST_CASE("a pose with an equal one beside it is doubted, however many scans fit") {
   std::vector<Hypothesis> one(1);
-  Support& support = one[0].support = Support(3.5, Lookalikes::of({}));
+  Support& support = one[0].support = Support(3.5);
   const auto drive = [&](double contrast) {
     for (int k = 0; k < 20; ++k) {
       support.take(Contrast{.summit = contrast, .slope = contrast, .noise = 0.05});
@@ -190,7 +190,7 @@ TEST_CASE("a pose with an equal one beside it is doubted, however many scans fit
 }
 
 TEST_CASE("what was seen elsewhere does not speak for the pose after a surprise") {
-  Support support(3.5, Lookalikes::of({}));
+  Support support(3.5);
   for (int k = 0; k < 5; ++k) take(support, 0.9);
   support.be_found(0.11);
   Support startled = support;

@@ -25,7 +25,7 @@ Hypothesis at_level(double level) {
 struct Bench {
   PluginPtr<ScanMatcher> matcher =
       test::in_process<test::TruthMatcher, ScanMatcher>(std::make_shared<test::Truth>());
-  Weighing weighing{*matcher, ShareModel{}, {.metres = 0.5, .radians = 0.05}};
+  Weighing weighing{*matcher, {.metres = 0.5, .radians = 0.05}};
 
   /// By how much a comparison changes the log odds of each.
   [[nodiscard]] std::vector<double> compared(std::vector<Hypothesis> hypotheses) const {
@@ -87,28 +87,6 @@ TEST_CASE("a scan scores as usual if it does not fall short of those that were t
   CHECK(bench.weighing.scores_as_usual(at_level(1.05)));
   CHECK_FALSE(bench.weighing.scores_as_usual(at_level(0.8)));
   CHECK_FALSE(bench.weighing.scores_as_usual(Hypothesis{}));
-}
-
-TEST_CASE("the model of evidence decides whether a scan fits") {
-  const Bench bench;
-  const auto map = std::make_shared<ReadyRegion>();
-  map->target = in_library_of(bench.matcher, bench.matcher->prepare({}).value());
-  PreparedScan scan;
-  for (int k = 0; k < 1000; ++k) scan.points.emplace_back(0.01 * k, 1.0, 0.0);
-  Hypothesis found = at_level(3.0);
-  found.map = map;
-  found.motion.emplace(0.0, Pose{}, PoseMatrix::Identity(), MotionInputs({}));
-  const AlertLimit limit{.metres = 0.5, .radians = 0.05};
-  Fit to_itself = fit_at(*map->target, scan.points, Pose{}, limit).value();
-  to_itself.sharpness /= 0.05;  // the scan is far less sharp in the map
-  for (const double least_right : {ShareModel{}.least_right, 0.03}) {
-    CAPTURE(least_right);
-    const Weighing weighing(*bench.matcher, ShareModel{.least_right = least_right}, limit);
-    REQUIRE(weighing.measure(scan, to_itself, found));
-    REQUIRE(found.evidence);
-    CHECK(found.evidence->share == doctest::Approx(0.05).epsilon(0.01));
-    CHECK(found.fits() == (least_right < 0.05));
-  }
 }
 
 TEST_CASE("the deviation of a prediction does not depend on the axes of the map") {
