@@ -21,7 +21,7 @@ struct PlacesFound {
 };
 
 /// What find_places takes [bytes], whatever the index.
-inline constexpr std::size_t kBytesToFind = 1'500'000;
+inline constexpr std::size_t kBytesToFind = 2'000'000;
 
 /// Finds the places that a scan fits best. It tries all translations by whole blocks, all headings
 /// in steps of 5 degrees, and the heights that a sensor may have above the lowest points nearby,
