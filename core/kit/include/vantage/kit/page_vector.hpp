@@ -27,9 +27,8 @@ struct PageAllocator {
   }
   [[nodiscard]] T* allocate(std::size_t n) {
     if (bytes(n) < kPage) return std::allocator<T>().allocate(n);
-    // All of them will be written: one call makes them, not a page fault each.
-    constexpr int kFlags = MAP_PRIVATE | MAP_ANONYMOUS;
-    void* const pages = mmap(nullptr, bytes(n), PROT_READ | PROT_WRITE, kFlags, -1, 0);
+    void* const pages =
+        mmap(nullptr, bytes(n), PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
     if (pages == MAP_FAILED) throw std::bad_alloc();
     return static_cast<T*>(pages);
   }
