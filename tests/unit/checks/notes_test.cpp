@@ -134,7 +134,7 @@ TEST_CASE("scans in other units or another frame, and without points") {
   };
   CHECK(note(times(1000.0)).ends_with("seem to be in millimetres"));
   CHECK(note(times(100.0)).ends_with("seem to be in centimetres"));
-  CHECK(note(times(0.001)).ends_with("seem to be in kilometres"));
+  CHECK(note(times(0.001F)).ends_with("seem to be in kilometres"));
   CHECK(note([](ScanFacts& s) { s.eccentricity = 20.0; }).find("map's frame") != std::string::npos);
   CHECK(note([](ScanFacts& s) {
           s.placed = 10;
