@@ -126,7 +126,7 @@ ndt::VoxelMap map_of(const Keys& keys) {
   const auto number = [&](std::uint32_t below) {
     return static_cast<std::uint32_t>(random()) % below;
   };
-  std::vector<ndt::Cell> cells(keys.size());
+  PageVector<ndt::Cell> cells(keys.size());
   for (ndt::Cell& cell : cells) {
     for (auto& x : cell.mean) x = static_cast<std::uint16_t>(number(65536));
     for (auto& x : cell.lower) x = static_cast<std::int16_t>(number(65536));
@@ -134,7 +134,7 @@ ndt::VoxelMap map_of(const Keys& keys) {
     cell.exponent = static_cast<std::uint8_t>(number(32));
     cell.points = 6 + number(1000);
   }
-  return {{}, Eigen::Vector3d(7, -300, 12), keys, std::move(cells)};
+  return {{}, Eigen::Vector3d(7, -300, 12), {keys.begin(), keys.end()}, std::move(cells)};
 }
 
 }  // namespace
