@@ -224,15 +224,16 @@ std::optional<Pose> Session::odometry_at(double stamp, const std::string& base) 
   return pose * **T_child_base;
 }
 
-/// A hint is used up once the sensor was looked for around it: not by a scan without points, nor if
-/// the search fails. What fails in another way fails again.
+/// A hint is used up once the sensor was looked for around it: not by a scan without points, nor by
+/// a search that failed and found nothing. What fails in another way fails again.
 void Session::use_hint(const Result<ScanReport>& report) {
   if (!priors_.has_hint()) return;
   const bool is_under_way = report && report->searching;
   priors_.set_hint_aside(is_under_way);
   if (is_under_way) return;
-  const bool is_used = report ? report->scan_points > 0 && report->search_failure.empty()
-                              : report.error().code != ErrorCode::io_failure;
+  const bool is_used =
+      report ? report->scan_points > 0 && (report->has_pose || report->search_failure.empty())
+             : report.error().code != ErrorCode::io_failure;
   if (is_used) return priors_.use_up_hint();
   begin_anywhere();  // after a scan in vain, a localizer may rest before it searches again
 }
