@@ -42,7 +42,7 @@ struct ParticipantOptions {
   Release release = Release::iron_or_later;
   std::uint32_t receive_buffer = 8U << 20U;  ///< of sockets [bytes]
   std::uint32_t shared_memory = 32U << 20U;  ///< for readers on the same machine [bytes]
-  MisfitSink misfit = {};                    ///< hears of what does not fit; may be empty
+  MisfitSink misfit = {};                    ///< receives each misfit; may be empty
 };
 
 /// Takes a message of a topic: CDR with its header. Called from threads of DDS, for one message of

@@ -166,9 +166,10 @@ Result<StampedScan> ScanSequence::read(std::size_t i) const {
     return fail(ErrorCode::invalid_input,
                 fmt::format("scan {} of a sequence of {} scans", i, size()));
   }
-  VANTAGE_TRY(auto cloud, read_point_cloud(file(i), ReadTimes::yes));
+  const fs::path path = file(i);
+  VANTAGE_TRY(auto cloud, read_point_cloud(path, ReadTimes::yes));
   return made_scan(std::move(cloud), stamps_[i], {.path = {}, .topic = {}, .stamped = stamped_},
-                   file(i).string());
+                   path.string());
 }
 
 }  // namespace vantage::io

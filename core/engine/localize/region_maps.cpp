@@ -78,7 +78,7 @@ struct RegionMaps::State {
   bool busy = false;  // whether the loader is loading or releasing a map
   std::uint64_t takes = 0;
   std::size_t most_of_one = 0;  // that a region took while it was loaded [bytes]
-  double growth = 1.0;          // the most that a map has grown to, as a multiple of what it was
+  double growth = 1.0;          // the largest ratio of a map's size to its first size
   Statistics counts;
 
   std::jthread loader;  // last, so that it ends before the members that it uses

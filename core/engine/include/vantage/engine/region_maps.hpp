@@ -46,10 +46,10 @@ struct ReadyRegion {
 class VANTAGE_API RegionMaps {
  public:
   struct Options {
-    /// Limit [bytes] of all maps: those that are kept, borrowed, and on their way with their
-    /// points, of what those in use may grow by, and of what was set aside. It is enforced when a
-    /// region is taken or loaded. The last region taken and what was borrowed stay. Expected
-    /// regions leave only if the maps alone are beyond the limit.
+    /// Limit [bytes]. These count: maps that are kept or borrowed, maps on their way with their
+    /// points, the growth to expect of maps in use, and what was set aside. Taking or loading a
+    /// region enforces the limit. The last region taken and borrowed maps stay. Expected regions
+    /// leave only if the maps alone are beyond the limit.
     std::size_t memory = std::size_t{40} << 20U;
     bool background = true;  ///< false: `expect` does nothing
   };

@@ -24,7 +24,7 @@
 ///     void describe(Archive& archive, T& place) {
 ///       archive.field(place.position);
 ///       archive.field(place.likeness);
-///       archive.check(place.likeness > 0.0);  // of what is read
+///       archive.check(place.likeness > 0.0);  // only a reader checks
 ///     }
 namespace vantage {
 
