@@ -1,16 +1,21 @@
 #pragma once
 
-#include <sys/mman.h>
-
 #include <cstddef>
 #include <memory>
-#include <new>
 #include <vector>
 
 namespace vantage {
 
-/// Allocates blocks of 4 KiB or more as pages of their own. They go back to the system as soon as
-/// they are freed, whereas a heap on which large blocks come and go keeps the holes between them.
+/// @param bytes  a multiple of the size of a page
+/// @return memory whose content is not defined
+/// @throws std::bad_alloc
+[[nodiscard]] void* take_pages(std::size_t bytes);
+/// @param at  of `take_pages`, with as many bytes
+void give_pages_back(void* at, std::size_t bytes) noexcept;
+
+/// Allocates blocks of 4 KiB or more as pages of their own. They go back to the system when they
+/// are freed, except for the last 2 MiB, which the next blocks are made of. A heap on which large
+/// blocks come and go would keep the holes between them.
 template <class T>
 struct PageAllocator {
   using value_type = T;
@@ -27,14 +32,11 @@ struct PageAllocator {
   }
   [[nodiscard]] T* allocate(std::size_t n) {
     if (bytes(n) < kPage) return std::allocator<T>().allocate(n);
-    void* const pages =
-        mmap(nullptr, bytes(n), PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
-    if (pages == MAP_FAILED) throw std::bad_alloc();
-    return static_cast<T*>(pages);
+    return static_cast<T*>(take_pages(bytes(n)));
   }
   void deallocate(T* at, std::size_t n) noexcept {
     if (bytes(n) < kPage) return std::allocator<T>().deallocate(at, n);
-    munmap(at, bytes(n));
+    give_pages_back(at, bytes(n));
   }
   friend bool operator==(const PageAllocator& /*a*/, const PageAllocator& /*b*/) { return true; }
 };
