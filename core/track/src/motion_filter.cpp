@@ -13,12 +13,30 @@ constexpr double kStopping = 1.0;  // [s]; a body that may have stopped slows do
 // The first row of each part of an error.
 constexpr Eigen::Index kP = 0, kR = 3, kV = 6, kB = 9, kF = 12;
 
-/// How the body's speeds fade during a piece of time: nothing tells whether it goes on.
-double fading(const MotionInput& input) {
-  return input.coasts ? std::exp(-std::abs(input.seconds) / kStopping) : 1.0;
-}
-
 double squared(double x) { return x * x; }
+
+/// A piece of time as the twist counts in it. A body that may have stopped slows down: its speeds
+/// are those of an Ornstein-Uhlenbeck process.
+struct Course {
+  double fade = 1.0;  ///< of the speeds
+  double way;         ///< the time for which the speeds of the beginning would last [s]
+  /// What is left by fading of the variances that the noise of the speeds makes: of what they are
+  /// integrated into, of the speeds, and between both.
+  double integral = 1.0, itself = 1.0, cross = 1.0;
+};
+Course course_of(const MotionInput& input) {
+  constexpr double kShort = 1e-4;  // the variances fade as little as numbers cancel out
+  if (!input.coasts) return {.way = input.seconds};
+  const double time = std::abs(input.seconds) / kStopping;
+  Course course{.fade = std::exp(-time),
+                .way = std::copysign(-kStopping * std::expm1(-time), input.seconds)};
+  if (time < kShort) return course;
+  const double mean = course.way / input.seconds;  // of the fading
+  course.itself = -0.5 * std::expm1(-2.0 * time) / time;
+  course.cross = mean * mean;
+  course.integral = 3.0 * (1.0 - 2.0 * mean + course.itself) / squared(time);
+  return course;
+}
 
 /// The derivative of `left_jacobian(theta) * v` by theta, to second order.
 Eigen::Matrix3d derivative(const Eigen::Vector3d& theta, const Eigen::Vector3d& v) {
@@ -35,11 +53,12 @@ Twist twist_of(const MotionState& state, const MotionInput& input) noexcept {
 
 MotionState moved(const MotionState& state, const MotionInput& input) noexcept {
   const double dt = input.seconds;
+  const Course course = course_of(input);
   const Twist twist = twist_of(state, input);
   MotionState next = state;
-  const Eigen::Matrix3d R = state.T_map_body.rotation.toRotationMatrix();
   next.T_map_body.rotation =
-      (state.T_map_body.rotation * rotation_from_vector(twist.angular * dt)).normalized();
+      (state.T_map_body.rotation * rotation_from_vector(course.way * twist.angular)).normalized();
+  const Eigen::Matrix3d R = state.T_map_body.rotation.toRotationMatrix();
   if (input.force) {
     const Eigen::Matrix3d R_middle =
         R * rotation_from_vector(0.5 * dt * twist.angular).toRotationMatrix();
@@ -49,23 +68,16 @@ MotionState moved(const MotionState& state, const MotionInput& input) noexcept {
     next.velocity = next.T_map_body.rotation.toRotationMatrix().transpose() * (u + dt * a);
     return next;
   }
-  const double fade = fading(input);
-  const double way = input.coasts ? std::copysign(kStopping * (1.0 - fade), dt) : dt;
-  const Twist step{.linear = way * twist.linear, .angular = way * twist.angular};
-  next.T_map_body.translation += R * (left_jacobian(step.angular) * step.linear);
-  if (input.coasts) {
-    next.T_map_body.rotation =
-        (state.T_map_body.rotation * rotation_from_vector(step.angular)).normalized();
-    next.rate_bias *= fade;
-  }
-  next.velocity = fade * twist.linear;
+  next.T_map_body.translation +=
+      R * (left_jacobian(course.way * twist.angular) * (course.way * twist.linear));
+  next.velocity *= course.fade;
+  next.rate_bias *= course.fade;
   return next;
 }
 
 MotionMatrix moved_jacobian(const MotionState& state, const MotionInput& input) noexcept {
-  const double fade = fading(input);
-  const double dt =
-      input.coasts ? std::copysign(kStopping * (1.0 - fade), input.seconds) : input.seconds;
+  const Course course = course_of(input);
+  const double dt = course.way;
   const Twist twist = twist_of(state, input);
   const Eigen::Vector3d theta = dt * twist.angular;
   const Eigen::Matrix3d R = state.T_map_body.rotation.toRotationMatrix();
@@ -94,15 +106,16 @@ MotionMatrix moved_jacobian(const MotionState& state, const MotionInput& input) 
   const Eigen::Vector3d v = twist.linear;
   F.block<3, 3>(kP, kR) = -skew(R * (J * v)) * dt;
   F.block<3, 3>(kP, kV) = dt * R * J;
-  F.block<3, 3>(kV, kV) *= fade;
+  F.block<3, 3>(kV, kV) *= course.fade;
+  F.block<3, 3>(kB, kB) *= course.fade;
   F.block<3, 3>(kP, kB) = -dt * dt * R * derivative(theta, v);
-  if (input.coasts) F.block<3, 3>(kB, kB) *= fade;
   return F;
 }
 
 MotionMatrix moved_noise(const MotionState& state, const MotionInput& input,
                          const MotionNoise& noise) noexcept {
   const double dt = std::abs(input.seconds);
+  const Course course = course_of(input);
   const Eigen::Matrix3d R = state.T_map_body.rotation.toRotationMatrix();
   MotionMatrix Q = MotionMatrix::Zero();
   const double ahead = std::copysign(1.0, input.seconds);
@@ -111,10 +124,10 @@ MotionMatrix moved_noise(const MotionState& state, const MotionInput& input,
   const auto add_walk = [&](Eigen::Index integral, Eigen::Index itself, double side,
                             const Eigen::Vector3d& variance) {
     const Eigen::Matrix3d turned = side * ahead * variance.asDiagonal() * R;
-    Q.block<3, 3>(integral, integral).diagonal() += variance * dt * dt / 3.0;
-    Q.block<3, 3>(integral, itself) += turned * dt / 2.0;
-    Q.block<3, 3>(itself, integral) += turned.transpose() * dt / 2.0;
-    Q.block<3, 3>(itself, itself) += R.transpose() * variance.asDiagonal() * R;
+    Q.block<3, 3>(integral, integral).diagonal() += course.integral * variance * dt * dt / 3.0;
+    Q.block<3, 3>(integral, itself) += course.cross * turned * dt / 2.0;
+    Q.block<3, 3>(itself, integral) += course.cross * turned.transpose() * dt / 2.0;
+    Q.block<3, 3>(itself, itself) += course.itself * (R.transpose() * variance.asDiagonal() * R);
   };
   const double upright = squared(noise.upright);
   if (input.force) {

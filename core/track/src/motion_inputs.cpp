@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string>
 #include <utility>
 
@@ -12,6 +13,8 @@ namespace {
 // may be slower: its gaps are so many times as long as its usual interval.
 constexpr double kLongestGap = 0.25;
 constexpr double kGapIntervals = 2.5;
+// That interval is the median of so many: a pause or a burst is not the usual case.
+constexpr std::size_t kIntervals = 7;
 // The last sample holds for this long [s].
 constexpr double kHold = 0.1;
 // A body that nothing has measured for this long may have stopped [s].
@@ -19,15 +22,22 @@ constexpr double kCoasting = 10.0;
 // Samples are held for this long, even if no scan uses them [s].
 constexpr double kLongest = 60.0;
 
-/// Inserts a sample by its stamp.
-/// @return  how many samples were dropped: that one if there is one with its stamp, and those that
-///          are so far ahead of it that their stamps must be wrong
+/// Inserts a sample by its stamp. A stamp that is far from those before and after it is wrong; far
+/// back, two stamps in a row say that the clock was set back.
+/// @param far_back  the last stamp that was, until one is not
+/// @return  how many samples were dropped: that one if there is one with its stamp or if it is far
+///          back, and those that are far ahead of it
 template <class Sample>
-std::uint64_t insert(std::deque<Sample>& samples, const Sample& sample) {
-  std::uint64_t dropped = 0;
-  for (; !samples.empty() && samples.back().stamp > sample.stamp + kLongest; ++dropped) {
-    samples.pop_back();
+std::uint64_t insert(std::deque<Sample>& samples, const Sample& sample,
+                     std::optional<double>& far_back) {
+  const auto is_ahead = [&](const Sample& s) { return s.stamp > sample.stamp + kLongest; };
+  if (samples.size() > 1 && is_ahead(*std::prev(samples.end(), 2))) {
+    const auto before = std::exchange(far_back, sample.stamp);
+    if (!before || std::abs(sample.stamp - *before) > kLongest || sample.stamp == *before) return 1;
   }
+  far_back.reset();
+  std::uint64_t dropped = 0;
+  for (; !samples.empty() && is_ahead(samples.back()); ++dropped) samples.pop_back();
   const auto at = std::lower_bound(samples.begin(), samples.end(), sample.stamp,
                                    [](const Sample& s, double stamp) { return s.stamp < stamp; });
   if (at != samples.end() && at->stamp == sample.stamp) return dropped + 1;
@@ -69,7 +79,7 @@ Result<void> MotionInputs::add(const ImuSample& sample) {
                                               " s has a number that is not finite or possible");
   }
   const bool late = forgotten_ && sample.stamp <= *forgotten_;
-  dropped_ += late ? 1 : insert(imu_, sample);
+  dropped_ += late ? 1 : insert(imu_, sample, imu_far_back_);
   return {};
 }
 
@@ -81,16 +91,22 @@ Result<void> MotionInputs::add(const OdometrySample& sample) {
   }
   const Pose T_body_imu = mounts_.T_sensor_body.inverse() * mounts_.T_sensor_imu;
   const bool late = forgotten_ && sample.stamp <= *forgotten_;
-  dropped_ += late ? 1 : insert(odometry_, {sample.stamp, sample.T_odom_body * T_body_imu});
-  if (!late && odometry_.size() > 1) learn_interval();
+  const double newest =
+      odometry_.empty() ? std::numeric_limits<double>::infinity() : odometry_.back().stamp;
+  dropped_ +=
+      late ? 1
+           : insert(odometry_, {sample.stamp, sample.T_odom_body * T_body_imu}, odometry_far_back_);
+  if (odometry_.back().stamp > newest) learn_interval(odometry_.back().stamp - newest);
   return {};
 }
 
-void MotionInputs::learn_interval() {
-  constexpr double kSlower = 1.1;  // a pause is not a new interval
-  const double last = odometry_.back().stamp - std::prev(odometry_.end(), 2)->stamp;
-  const bool first = odometry_interval_ == 0.0;
-  odometry_interval_ = first ? last : std::min(last, kSlower * odometry_interval_);
+void MotionInputs::learn_interval(double last) {
+  last_intervals_.push_back(last);
+  if (last_intervals_.size() > kIntervals) last_intervals_.pop_front();
+  std::vector<double> sorted(last_intervals_.begin(), last_intervals_.end());
+  const auto median = sorted.begin() + std::ssize(sorted) / 2;
+  std::nth_element(sorted.begin(), median, sorted.end());
+  odometry_interval_ = *median;
 }
 
 std::optional<MotionInputs::MeanTwist> MotionInputs::mean_until(Sample next) const {
@@ -227,7 +243,10 @@ std::optional<Eigen::Vector3d> MotionInputs::up(double stamp) const {
 void MotionInputs::forget() {
   imu_.clear();
   odometry_.clear();
+  last_intervals_.clear();
   odometry_interval_ = 0.0;
+  imu_far_back_.reset();
+  odometry_far_back_.reset();
   forgotten_.reset();
 }
 

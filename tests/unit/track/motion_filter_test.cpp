@@ -35,7 +35,8 @@ std::vector<MotionInput> inputs_of_every_kind() {
           {.seconds = 0.01, .rate = rate},
           {.seconds = 0.01, .rate = rate, .force = force},
           {.seconds = -0.01, .rate = rate, .force = force},
-          {.seconds = 0.02, .coasts = true}};
+          {.seconds = 0.02, .coasts = true},
+          {.seconds = -0.03, .coasts = true}};
 }
 
 /// How far a state is from another, in the filter's terms.
@@ -119,6 +120,28 @@ TEST_CASE("noise is symmetric, positive, and that of the integrals") {
   CHECK(std::sqrt(P(0, 0)) == doctest::Approx(0.6 / std::sqrt(3.0)).epsilon(0.001));
   CHECK(std::sqrt(moved_noise({}, {.seconds = 1.0}, noise)(0, 0)) ==
         doctest::Approx(0.6 / std::sqrt(3.0)));
+}
+
+TEST_CASE("the noise of a body that coasts is that of its time, in one step or in many") {
+  MotionState state;
+  state.T_map_body = some_state().T_map_body;
+  const auto grown = [&](double seconds, int steps) {
+    MotionMatrix P = MotionMatrix::Zero();
+    for (int k = 0; k < steps; ++k) {
+      const MotionInput input{.seconds = seconds / steps, .coasts = true};
+      const MotionMatrix F = moved_jacobian(state, input);
+      P = F * P * F.transpose() + moved_noise(state, input, {});
+    }
+    return P;
+  };
+  for (const double seconds : {1e-5, 0.02, 1.0, 10.0, 3600.0}) {
+    CAPTURE(seconds);
+    const MotionMatrix once = grown(seconds, 1), often = grown(seconds, 500);
+    // A speed of variance 1 /s at rest: the way is a random walk.
+    if (seconds > 100.0) CHECK(once(0, 0) == doctest::Approx(seconds).epsilon(0.01));
+    for (Eigen::Index k = 0; k < 3; ++k) CHECK(often(k, k) == doctest::Approx(once(k, k)));
+    for (Eigen::Index k = 6; k < 12; ++k) CHECK(often(k, k) == doctest::Approx(once(k, k)));
+  }
 }
 
 /// Odometry that drives and turns evenly, as exact as it is taken for.

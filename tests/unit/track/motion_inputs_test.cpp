@@ -147,6 +147,21 @@ TEST_CASE("a gap of odometry is a gap, at any rate; a jump is one, too") {
   }
 }
 
+TEST_CASE("a burst of odometry does not make its usual interval shorter") {
+  const auto drive = [](double stamp) {
+    return OdometrySample{stamp, pose_from_xyz_rpy({2.0 * stamp, 0, 0}, {0, 0, 0})};
+  };
+  for (const int burst : {0, 1, 9}) {  // two messages together, at first or later
+    CAPTURE(burst);
+    MotionInputs inputs({});
+    for (int k = 0; k < 20; ++k) {
+      REQUIRE(inputs.add(drive(0.5 * k)));
+      if (k == burst) REQUIRE(inputs.add(drive(0.5 * k + 0.001)));
+    }
+    for (const double stamp : {1.25, 4.75, 9.25}) CHECK(has_odometry(inputs, stamp));
+  }
+}
+
 TEST_CASE("a sample far ahead of those after it is dropped, and counted") {
   MotionInputs inputs({});
   for (int k = 0; k < 10; ++k) REQUIRE(inputs.add(imu(0.01 * k, 1.0)));
@@ -154,6 +169,20 @@ TEST_CASE("a sample far ahead of those after it is dropped, and counted") {
   for (int k = 10; k < 100; ++k) REQUIRE(inputs.add(imu(0.01 * k, 1.0)));
   CHECK(inputs.dropped() == 1);
   CHECK(turn_of(inputs.between(0.5, 0.6, 0.5)) == doctest::Approx(0.1));
+}
+
+TEST_CASE("a sample far behind drops no others, but a clock that was set back drops all") {
+  MotionInputs inputs({});
+  for (int k = 0; k < 100; ++k) {
+    REQUIRE(inputs.add(imu(1000.0 + 0.01 * k, 1.0)));
+    if (k % 40 == 30) REQUIRE(inputs.add(imu(0.0, 5.0)));
+    if (k == 70) REQUIRE(inputs.add(imu(0.0, 5.0)));  // the same again: no clock that runs
+  }
+  CHECK(inputs.dropped() == 3);
+  CHECK(turn_of(inputs.between(1000.1, 1000.9, 1000.0)) == doctest::Approx(0.8));
+  for (int k = 0; k < 100; ++k) REQUIRE(inputs.add(imu(1.0 + 0.01 * k, 2.0)));
+  CHECK(inputs.dropped() == 104);
+  CHECK(turn_of(inputs.between(1.1, 1.9, 1.0)) == doctest::Approx(1.6));
 }
 
 TEST_CASE("a sample far ahead does not drop those before it") {

@@ -40,8 +40,9 @@ class MotionInputs {
   explicit MotionInputs(const MotionMounts& mounts) : mounts_(mounts) {}
 
   /// Samples may come late, as long as no scan has used later ones. Samples that come later still,
-  /// or twice, are dropped and counted; so is a sample that is more than a minute ahead of one that
-  /// comes after it.
+  /// or twice, are dropped and counted; so is a sample that is more than a minute ahead of the one
+  /// after it, or behind those before it, unless the next one is, too: then the clock was set back,
+  /// and all that was before is dropped.
   /// Errors: `invalid_input` for a sample with a number that is not finite.
   [[nodiscard]] Result<void> add(const ImuSample& sample);
   [[nodiscard]] Result<void> add(const OdometrySample& sample);
@@ -91,13 +92,15 @@ class MotionInputs {
   /// The mean of the samples around a moment, for MotionInput::kSteady at least if odometry was not
   /// silent. @param next  the first sample later than the moment, not the first of all
   [[nodiscard]] Twist mean_around(double stamp, Sample next) const;
-  void learn_interval();
+  void learn_interval(double last);
   [[nodiscard]] MotionInput at(double from, double to, double silent_since) const;
 
   MotionMounts mounts_;
   std::deque<ImuSample> imu_;
   std::deque<Odometry> odometry_;
-  double odometry_interval_ = 0.0;   // the usual one [s]
+  std::deque<double> last_intervals_;  // of odometry [s]
+  double odometry_interval_ = 0.0;     // the usual one [s]
+  std::optional<double> imu_far_back_, odometry_far_back_;
   std::optional<double> forgotten_;  // up to here [s]
   std::uint64_t dropped_ = 0;
 };
