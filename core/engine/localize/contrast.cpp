@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "localize/matched.hpp"
 #include "vantage/kit/evenly_picked.hpp"
 
 namespace vantage {
@@ -66,10 +67,12 @@ class Surroundings {
     Levels levels{.here = level_of(here),
                   .compared = here.compared * here.coverage * static_cast<double>(some_.size())};
     VANTAGE_TRY(const auto summits, summits_of_lattice());
+    Node highest;
     for (const Node& from : summits) {
       VANTAGE_TRY(const Node summit, climb(from, 0.0));
-      if (summit.at.norm() >= limit_) levels.summit = std::max(levels.summit, summit.level);
+      if (summit.at.norm() >= limit_ && summit.level > highest.level) highest = summit;
     }
+    VANTAGE_TRY(levels.summit, level_aligned(highest));
     for (const double side : {-1.0, 1.0}) {
       VANTAGE_TRY(const double summit, summit_at_other_height(side));
       levels.height = std::max(levels.height, summit);
@@ -90,6 +93,17 @@ class Surroundings {
   }
   [[nodiscard]] Result<double> level_at(PointsView points, const Eigen::Vector2d& at) const {
     return level_moved(points, level_ * Point(at.x(), at.y(), 0.0));
+  }
+
+  /// The level to which matching comes from a summit.
+  [[nodiscard]] Result<double> level_aligned(const Node& summit) const {
+    if (!(summit.level > 0.0)) return 0.0;
+    Pose start = T_map_scan_;
+    start.translation += level_ * Point(summit.at.x(), summit.at.y(), 0.0);
+    VANTAGE_TRY(const auto alignment, aligned_at(target_, some_, start));
+    if (!alignment) return summit.level;
+    const Point off = alignment->T_map_scan.translation - T_map_scan_.translation;
+    return off.norm() >= limit_ ? std::max(summit.level, level_of(alignment->score)) : summit.level;
   }
 
   /// The highest summit of the line above or below the pose, beyond the limit; 0 without one.
