@@ -114,6 +114,7 @@ Result<void> Localizer::start(const Pose& T_map_scan) {
   // So that the first scan finds the map ready.
   VANTAGE_CHECK(s.maps.take(choice.region).map_error(during));
   s.forget_everything(false);
+  s.up_at_start = up_of(T_map_scan);
   const double log_odds = std::log((1.0 - kDoubt) / kDoubt);
   s.hypotheses.push_back({.initial = T_map_scan, .last = T_map_scan, .support = Support(log_odds)});
   s.elsewhere = update_beliefs(s.hypotheses);
@@ -198,7 +199,8 @@ Result<ScanReport> Localizer::localize(const Scan& scan) {
       s.verdict.conclude(s.hypotheses,
                          {.elsewhere = s.elsewhere,
                           .compared = s.recovery.compared(),
-                          .scores_as_usual = s.weighing.scores_as_usual(best)},
+                          .scores_as_usual = s.weighing.scores_as_usual(best),
+                          .upright = agreement(best.pose(), s.up(*s.middle)) == 0.0},
                          s.inputs, s.noise, report);
   const auto at_stamp = [&](const MotionFilter& at_middle) {
     return at_middle.at(scan.stamp, s.inputs, s.noise).pose();

@@ -60,6 +60,11 @@ MotionFilter Localizer::State::unplaced(double now) const {
   return motion;
 }
 
+std::optional<Eigen::Vector3d> Localizer::State::up(double now) const {
+  const auto measured = inputs.up(now);
+  return measured || params.gravity == Gravity::unknown ? measured : up_at_start;
+}
+
 void Localizer::State::predict(double stamp_of_scan, double now) {
   for (Hypothesis& one : hypotheses) {
     if (!one.motion) {
@@ -217,7 +222,8 @@ Result<void> Localizer::State::use_best(ScanReport& report) {
 }
 
 void Localizer::State::see(const std::optional<PosePrior>& prior, Hypothesis& one) const {
-  one.support.see_prior(prior ? agreement(one.pose(), *prior, recovery.prior_searched()) : 0.0);
+  const double by_prior = prior ? agreement(one.pose(), *prior, recovery.prior_searched()) : 0.0;
+  one.support.see_prior(by_prior + agreement(one.pose(), up(one.motion->stamp())));
 }
 
 bool Localizer::State::follows(const Pose& T_map_scan) const {
@@ -325,6 +331,7 @@ void Localizer::State::forget_everything(bool lost) {
   hypotheses.clear();
   map.reset();
   elsewhere = 1.0;
+  up_at_start = Eigen::Vector3d::UnitZ();
   stamp.reset();
   middle.reset();
   since.reset();

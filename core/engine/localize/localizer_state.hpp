@@ -38,6 +38,7 @@ struct Localizer::State {
   std::optional<double> middle;        // of its sweep [s]
   std::vector<Hypothesis> hypotheses;  // the first is the one that is reported
   double elsewhere = 1.0;              // the belief that the sensor is at none of them
+  Eigen::Vector3d up_at_start = Eigen::Vector3d::UnitZ();  // in the sensor frame
 
   std::optional<MotionFilter> since;  // the last scan, if it was tracked; up to the last question
 
@@ -53,6 +54,9 @@ struct Localizer::State {
   /// The motion until the middle of a sweep, of a sensor that may be anywhere. Nothing is known of
   /// its speed, so it begins at rest, unless odometry says more.
   [[nodiscard]] MotionFilter unplaced(double now) const;
+  /// The direction that points up, in the sensor frame: by the accelerometer, or as the sensor was
+  /// started, unless it is held at a tilt.
+  [[nodiscard]] std::optional<Eigen::Vector3d> up(double now) const;
   /// Predicts every hypothesis at the middle of a sweep.
   /// @param stamp_of_scan  where a sensor begins that was started [s]
   void predict(double stamp_of_scan, double now);
@@ -91,7 +95,7 @@ struct Localizer::State {
   void forget_everything(bool lost);
 
  private:
-  /// Tells a hypothesis what a prior says of it. A scan without one says nothing.
+  /// Tells a hypothesis what a prior and the direction that points up say of it.
   void see(const std::optional<PosePrior>& prior, Hypothesis& one) const;
   /// Whether one of the hypotheses is at a pose.
   [[nodiscard]] bool follows(const Pose& T_map_scan) const;

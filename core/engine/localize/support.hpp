@@ -30,8 +30,8 @@ class Support {
   /// Takes in the contrast at another place.
   void take(const Contrast& contrast);
 
-  /// What another sensor says of where the sensor is, as in `agreement`. Its errors persist, so it
-  /// counts once: what it said before is forgotten.
+  /// What other sensors say of where the sensor is, as in `agreement`. Their errors persist, so
+  /// they count once: what they said before is forgotten.
   void see_prior(double log_likelihood_ratio) { absolute_ = log_likelihood_ratio; }
   /// What the last search says of wrong poses around here.
   void be_among(double scale) { among_.scale = scale; }

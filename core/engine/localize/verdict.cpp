@@ -80,7 +80,7 @@ MotionFilter Verdict::conclude(const std::vector<Hypothesis>& hypotheses, const 
   }
   report.risk = std::min(1.0, place + wrong_if(best, moved, *report.confidence));
   report.compared = known.compared;
-  if (decided.tracking == Tracking::tracked) decided = judge_risk(best, place, report.risk);
+  if (decided.tracking == Tracking::tracked) decided = judge_risk(best, known, place, report.risk);
   report.tracking = decided.tracking;
   report.reason = std::move(decided.reason);
   const bool tracked = report.tracking == Tracking::tracked;
@@ -122,11 +122,13 @@ Verdict::Case Verdict::judge_scan(const Hypothesis& best, const Known& known,
   return first == checks.end() ? Case{tracked, ""} : first->of;
 }
 
-Verdict::Case Verdict::judge_risk(const Hypothesis& best, double place, double risk) const {
+Verdict::Case Verdict::judge_risk(const Hypothesis& best, const Known& known, double place,
+                                  double risk) const {
   constexpr double kKnownSpeed = 1.0;  // [m/s]
   using enum Tracking;
   const double speed = best.motion->covariance().diagonal().segment<3>(6).maxCoeff();
   if (risk <= params_.max_risk) return {tracked, ""};
+  if (!known.upright) return {uncertain, "the sensor would lie on its side here"};
   if (place > params_.max_risk) return {uncertain, "other poses are not ruled out yet"};
   if (speed > kKnownSpeed * kKnownSpeed) {
     return {uncertain, "the speed of the sensor is not known yet"};

@@ -14,6 +14,7 @@ struct Known {
   double elsewhere = 0.0;        ///< belief that the sensor is at none of them
   bool compared = false;         ///< the hypotheses, with all other places of the map
   bool scores_as_usual = false;  ///< the scan, at the best hypothesis
+  bool upright = true;           ///< at the best hypothesis
 };
 
 /// A reason, and why the search did not mend it, if it failed.
@@ -51,7 +52,8 @@ class Verdict {
   [[nodiscard]] Case judge_scan(const Hypothesis& best, const Known& known,
                                 const ScanReport& report) const;
   /// @param place  the part of the risk that is due to other places
-  [[nodiscard]] Case judge_risk(const Hypothesis& best, double place, double risk) const;
+  [[nodiscard]] Case judge_risk(const Hypothesis& best, const Known& known, double place,
+                                double risk) const;
 
   LocalizerParams params_;
   AlertLimit limit_;

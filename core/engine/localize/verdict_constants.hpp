@@ -47,8 +47,8 @@ inline constexpr VerdictConstant kAlike{
     "street, other day, 301, 303, 311"};
 inline constexpr VerdictConstant kOutlier{
     "outlier", 5e-4, "of measurements",
-    "are off whatever their deviations say: priors, pulls of matching, contrasts, and poses in "
-    "which matching settles beside the right one",
+    "are off whatever their deviations say: priors, directions that point up, pulls of matching, "
+    "contrasts, and poses in which matching settles beside the right one",
     "other day, 302, 303, a street of the tests"};
 
 // Contrasts; where a place exists twice, their mean is 0.

@@ -42,6 +42,11 @@ double agreement(const Pose& pose, const PosePrior& prior, bool searched) {
   return searched ? std::max(ratio, std::log(kOutlier / (1.0 - kRecall))) : ratio;
 }
 
+double agreement(const Pose& pose, const std::optional<Eigen::Vector3d>& up) {
+  const bool stands = !up || up_of(pose).dot(up->normalized()) > std::numbers::sqrt2 / 2.0;
+  return stands ? 0.0 : std::log(kOutlier);
+}
+
 double doubt_of_prediction(const Hypothesis& best) {
   // At each independent scan, the sensor may be at a place that looks alike.
   const double way = (best.predicted().translation - best.last.translation).norm();

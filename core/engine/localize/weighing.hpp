@@ -15,6 +15,12 @@ namespace vantage {
 ///                  was not found: a search rules out kRecall of "elsewhere"; in [-4.1, 0]
 [[nodiscard]] double agreement(const Pose& pose, const PosePrior& prior, bool searched);
 
+/// The same for the direction that points up: a sensor that would lie on its side or on its back at
+/// a pose is hardly there. A tilt of less than 45 degrees says nothing, because robots climb and
+/// brake. In [-7.6, 0].
+/// @param up  in the sensor frame, if it is known
+[[nodiscard]] double agreement(const Pose& pose, const std::optional<Eigen::Vector3d>& up);
+
 /// The probability that the sensor is not where the best hypothesis predicts it: it grows with the
 /// way since the scan before.
 [[nodiscard]] double doubt_of_prediction(const Hypothesis& best);

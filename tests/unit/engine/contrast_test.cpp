@@ -13,21 +13,31 @@ namespace {
 
 constexpr double kLimit = 0.5;
 
-/// A scan fits at a few places, each 0.3 m wide, and better at one height, where its ground is.
+/// A scan fits at a few places, each 0.3 m wide by default, and better at one height, where its
+/// ground is. Matching comes to the place that is nearest.
 class Places final : public MatchTarget {
  public:
   /// @param fit_of_ground  how much better a scan fits with its ground at z = `ground`
   explicit Places(std::vector<std::pair<Eigen::Vector2d, double>> places, double ground = 0.0,
-                  double fit_of_ground = 0.0)
-      : places_(std::move(places)), ground_(ground), fit_of_ground_(fit_of_ground) {}
-  [[nodiscard]] Result<Alignment> align(PointsView, const Pose&) const noexcept override {
-    return fail(ErrorCode::unsupported, "");
+                  double fit_of_ground = 0.0, double width = 0.3)
+      : places_(std::move(places)), ground_(ground), fit_of_ground_(fit_of_ground), width_(width) {}
+  [[nodiscard]] Result<Alignment> align(PointsView points,
+                                        const Pose& start) const noexcept override {
+    const Eigen::Vector2d from = start.translation.head<2>();
+    const auto nearest = std::ranges::min_element(
+        places_, {}, [&](const auto& place) { return (place.first - from).norm(); });
+    if ((nearest->first - from).norm() > 2.0 * width_) return fail(ErrorCode::too_few_matches, "");
+    Alignment alignment;
+    alignment.T_map_scan = start;
+    alignment.T_map_scan.translation.head<2>() = nearest->first;
+    alignment.score = score(points, alignment.T_map_scan).value();
+    return alignment;
   }
   [[nodiscard]] Result<ScanScore> score(PointsView, const Pose& pose) const noexcept override {
     const double above = (pose.translation.z() - ground_) / 0.05;
     double level = 0.2 + fit_of_ground_ * std::exp(-0.5 * above * above);
     for (const auto& [at, height] : places_) {
-      const double off = (pose.translation.head<2>() - at).norm() / 0.3;
+      const double off = (pose.translation.head<2>() - at).norm() / width_;
       level += height * std::exp(-0.5 * off * off);
     }
     return ScanScore{.fitness = 0.0, .nvtl = level, .coverage = 1.0};
@@ -37,7 +47,7 @@ class Places final : public MatchTarget {
 
  private:
   std::vector<std::pair<Eigen::Vector2d, double>> places_;
-  double ground_, fit_of_ground_;
+  double ground_, fit_of_ground_, width_;
 };
 
 /// @param share  of the scan at the pose, which is the origin
@@ -73,6 +83,15 @@ TEST_CASE("the contrast is what a scan loses at the best other summit, and on th
   const Contrast merged = contrast_of(Places({{{0.0, 0.0}, 1.0}, {{0.52, 0.0}, 0.98}}));
   CHECK(merged.slope < 0.1);
   CHECK(ratio_of_twin(merged) > 100.0);
+}
+
+TEST_CASE("a twin has no contrast, however exactly a scan has to be there") {
+  for (const Eigen::Vector2d& at : {Eigen::Vector2d(0.85, 0.85), Eigen::Vector2d(-1.23, 0.06)}) {
+    const Contrast twin =
+        contrast_of(Places({{{0.0, 0.0}, 1.0}, {at, 1.0}}, 0.0, 0.0, /*width=*/0.06));
+    CHECK(twin.summit == doctest::Approx(0.0));
+    CHECK(ratio_of_twin(twin) > 100.0);
+  }
 }
 
 TEST_CASE("a scan that fits better at another height has no contrast") {

@@ -80,7 +80,7 @@ TEST_CASE("a sensor that is mounted at a tilt is compared with poses beside it a
   class Ground final : public MatchTarget {
    public:
     [[nodiscard]] Result<Alignment> align(PointsView, const Pose&) const noexcept override {
-      return fail(ErrorCode::unsupported, "");
+      return fail(ErrorCode::too_few_matches, "");
     }
     [[nodiscard]] Result<ScanScore> score(PointsView, const Pose& pose) const noexcept override {
       const double off = 5.0 * std::abs(pose.translation.z());

@@ -75,6 +75,13 @@ TEST_CASE("a pose that was not compared with the map is not tracked, whatever ri
   CHECK(alone.reason == "not compared with the rest of the map yet");
 }
 
+TEST_CASE("a pose at which the sensor would lie on its side says so, if it is not believed") {
+  const Known lying{.elsewhere = 0.1, .compared = true, .upright = false};
+  CHECK(judged(aligned(), lying).reason == "the sensor would lie on its side here");
+  const Known certain{.elsewhere = 1e-4, .compared = true, .upright = false};
+  CHECK(judged(aligned(), certain).tracking == Tracking::tracked);
+}
+
 TEST_CASE("a scan without points says nothing: it is uncertain where the motion led") {
   Hypothesis nothing = predicted();
   nothing.failure = "too few matches";

@@ -137,3 +137,14 @@ TEST_CASE("a prior may be wrong, whatever its deviations say") {
   CHECK(agreement(at(25.0), prior, true) == doctest::Approx(std::log(5e-4 / 0.03)));
   CHECK(agreement(at(1e6), prior, false) == agreement(at(25.0), prior, false));
 }
+
+TEST_CASE("a sensor hardly lies on its side, if it is known which way is up") {
+  const auto tilted = [](double roll) { return pose_from_xyz_rpy({3, -2, 1}, {roll, 0, 2}); };
+  const Eigen::Vector3d up(0.0, 0.0, 9.8);
+  CHECK(agreement(tilted(0.0), up) == 0.0);
+  CHECK(agreement(tilted(0.7), up) == 0.0);
+  CHECK(agreement(tilted(-0.9), up) == doctest::Approx(std::log(5e-4)));
+  CHECK(agreement(tilted(3.1), up) == doctest::Approx(std::log(5e-4)));
+  CHECK(agreement(tilted(3.1), Eigen::Vector3d(-up)) == 0.0);
+  CHECK(agreement(tilted(3.1), std::nullopt) == 0.0);
+}

@@ -119,8 +119,9 @@ struct LocalizerParams {
                  "on timing"),
         optional(
             "gravity", &LocalizerParams::gravity, "",
-            "sensor_z: a search takes the sensor's z axis for up, to a few degrees; unknown: a "
-            "search has to find out where up is; an IMU overrides both"),
+            "sensor_z: a search takes the sensor's z axis for up, to a few degrees, and a pose at "
+            "which the sensor lies on its side is hardly believed; unknown: a search has to find "
+            "out where up is; an IMU overrides both"),
         optional("max_hypotheses", &LocalizerParams::max_hypotheses, "",
                  "this many poses are followed while it is uncertain which of them is right",
                  at_least(1)),
