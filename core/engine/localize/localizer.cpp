@@ -195,19 +195,20 @@ Result<ScanReport> Localizer::localize(const Scan& scan) {
   report.switched = s.map && (!had_map || s.region != region_before);
   Hypothesis& best = s.hypotheses.front();
   report.seconds_doubted = best.motion->doubted();
-  const MotionFilter motion =
-      s.verdict.conclude(s.hypotheses,
-                         {.elsewhere = s.elsewhere,
-                          .compared = s.recovery.compared(),
-                          .scores_as_usual = s.weighing.scores_as_usual(best),
-                          .upright = agreement(best.pose(), s.up(*s.middle)) == 0.0},
-                         s.inputs, s.noise, report);
+  const MotionFilter motion = conclude(s.hypotheses,
+                                       {.elsewhere = s.elsewhere,
+                                        .compared = s.recovery.compared(),
+                                        .scores_as_usual = s.weighing.scores_as_usual(best),
+                                        .upright = agreement(best.pose(), s.up(*s.middle)) == 0.0},
+                                       s.inputs, s.noise, s.params, report);
   const auto at_stamp = [&](const MotionFilter& at_middle) {
     return at_middle.at(scan.stamp, s.inputs, s.noise).pose();
   };
   report.T_map_scan = at_stamp(motion);
   report.T_map_scan_predicted = at_stamp(*best.motion);
   const bool tracked = report.tracking == Tracking::tracked;
+  report.recovered = tracked && s.was_lost;
+  s.was_lost = !tracked && (s.was_lost || report.tracking == Tracking::lost);
   s.weighing.learn(best, tracked);
   report.held_bytes = s.maps.statistics().bytes;
   s.move_on(motion);

@@ -143,16 +143,13 @@ Result<void> Localizer::State::match(Sweep& sweep, ScanReport& report) {
     one.map = *std::move(borrowed);
     Sweep of_rival = h == 0 ? Sweep() : predicted;
     Sweep& own = h == 0 ? sweep : of_rival;
-    const Stopwatch stopwatch;
+    const ScopeTimer timer(report.seconds_align);
     VANTAGE_TRY(SweepMatch match, match_sweep(*one.map->target, *one.motion, inputs, params, own));
     one.shown = match.motion;
     one.alignment = std::move(match.alignment);
     one.R = match.R;
     one.failure = std::move(match.failure);
-    if (h == 0) {
-      report.seconds_align = stopwatch.seconds();
-      report.passes = match.passes;
-    }
+    if (h == 0) report.passes = match.passes;
     follow_rivals(h, std::move(match.rivals), report.scan_points);
   }
   return {};
@@ -339,7 +336,7 @@ void Localizer::State::forget_everything(bool lost) {
   recovery.forget();
   search_failure.clear();
   weighing.forget();
-  verdict.forget(lost);
+  was_lost = lost;
   started = true;
 }
 

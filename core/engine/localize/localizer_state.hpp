@@ -46,7 +46,7 @@ struct Localizer::State {
   RegionId region;
 
   Weighing weighing;
-  Verdict verdict{params};
+  bool was_lost = false;       // since the last tracked scan
   std::string search_failure;  // ScanReport::search_failure
   Recovery recovery{{bundle, relocalizer, matcher, ahead, maps, params},
                     params};  // last: may be running

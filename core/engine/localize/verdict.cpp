@@ -42,55 +42,15 @@ double beyond(const AlertLimit& limit, const PoseConfidence& confidence, double 
                            longer_than(limit.radians - radians, confidence.sigma_rotation));
 }
 
-}  // namespace
+struct Case {
+  Tracking tracking;
+  std::string reason;
+  bool is_limit = false;  ///< that a user may set: matching does not count
+};
 
-std::string with_failure(std::string reason, const ScanReport& report) {
-  if (!report.search_failure.empty()) reason += ": " + report.search_failure;
-  return reason;
-}
-
-PoseMatrix published_covariance(const MotionFilter& motion) {
-  constexpr double kRepeated = 1.5;  // chosen on the recorded street
-  return kRepeated * motion.pose_covariance();
-}
-
-MotionFilter Verdict::conclude(const std::vector<Hypothesis>& hypotheses, const Known& known,
-                               const MotionInputs& inputs, const MotionNoise& noise,
-                               ScanReport& report) {
-  const Hypothesis& best = hypotheses.front();
-  report.alignment = best.alignment;
-  if (report.map_points > 0) {
-    report.lcp = best.score().fitness / static_cast<double>(report.map_points);  // Eq. 13
-  }
-  Case decided = judge_scan(best, known, report);
-  const MotionFilter moved = best.moved();
-  const MotionFilter& motion = decided.is_limit ? *best.motion : moved;
-  // A pose at the stamp is as sure as the speed that leads to it from the middle of the sweep.
-  report.confidence = confidence_of(published_covariance(motion.at(report.stamp, inputs, noise)));
-  const auto wrong_if = [&](const Hypothesis& one, const MotionFilter& there,
-                            const PoseConfidence& confidence) {
-    const Pose reported = motion.pose(), pose = there.pose();
-    return one.belief * beyond(limit_, confidence, (reported.translation - pose.translation).norm(),
-                               rotation_between(reported, pose));
-  };
-  double place = known.elsewhere;
-  for (std::size_t h = 1; h < hypotheses.size(); ++h) {
-    const MotionFilter other = hypotheses[h].moved();
-    place += wrong_if(hypotheses[h], other, confidence_of(published_covariance(other)));
-  }
-  report.risk = std::min(1.0, place + wrong_if(best, moved, *report.confidence));
-  report.compared = known.compared;
-  if (decided.tracking == Tracking::tracked) decided = judge_risk(best, known, place, report.risk);
-  report.tracking = decided.tracking;
-  report.reason = std::move(decided.reason);
-  const bool tracked = report.tracking == Tracking::tracked;
-  report.recovered = tracked && was_lost_;
-  was_lost_ = !tracked && (was_lost_ || report.tracking == Tracking::lost);
-  return motion;
-}
-
-Verdict::Case Verdict::judge_scan(const Hypothesis& best, const Known& known,
-                                  const ScanReport& report) const {
+/// What the scan says whatever the risk: tracked if nothing speaks against it.
+Case judge_scan(const Hypothesis& best, const Known& known, const LocalizerParams& params,
+                const ScanReport& report) {
   constexpr const char* kDoesNotFit = "the scan does not fit the map here";
   using enum Tracking;
   struct Check {
@@ -105,11 +65,11 @@ Verdict::Case Verdict::judge_scan(const Hypothesis& best, const Known& known,
       Check{report.scan_points == 0, {uncertain, "the scan has no points"}},
       Check{!best.alignment, {lost, best.failure}},
       Check{elsewhere && !known.scores_as_usual, {lost, kDoesNotFit}},
-      Check{score.coverage < params_.min_coverage,
+      Check{score.coverage < params.min_coverage,
             {lost, "coverage " + std::to_string(score.coverage) + " below min_coverage", true}},
-      Check{score.nvtl < params_.min_nvtl,
+      Check{score.nvtl < params.min_nvtl,
             {lost, "NVTL " + std::to_string(score.nvtl) + " below min_nvtl", true}},
-      Check{best.sigma() < params_.max_correction && !(moved <= params_.max_correction),
+      Check{best.sigma() < params.max_correction && !(moved <= params.max_correction),
             {lost,
              "matching moved the scan by " + std::to_string(moved) + " m, more than max_correction",
              true}},
@@ -122,18 +82,65 @@ Verdict::Case Verdict::judge_scan(const Hypothesis& best, const Known& known,
   return first == checks.end() ? Case{tracked, ""} : first->of;
 }
 
-Verdict::Case Verdict::judge_risk(const Hypothesis& best, const Known& known, double place,
-                                  double risk) const {
+/// @param place  the part of the risk that is due to other places
+Case judge_risk(const Hypothesis& best, const Known& known, const LocalizerParams& params,
+                double place, double risk) {
   constexpr double kKnownSpeed = 1.0;  // [m/s]
   using enum Tracking;
   const double speed = best.motion->covariance().diagonal().segment<3>(6).maxCoeff();
-  if (risk <= params_.max_risk) return {tracked, ""};
+  if (risk <= params.max_risk) return {tracked, ""};
   if (!known.upright) return {uncertain, "the sensor would lie on its side here"};
-  if (place > params_.max_risk) return {uncertain, "other poses are not ruled out yet"};
+  if (place > params.max_risk) return {uncertain, "other poses are not ruled out yet"};
   if (speed > kKnownSpeed * kKnownSpeed) {
     return {uncertain, "the speed of the sensor is not known yet"};
   }
   return {uncertain, "the scan leaves open where along one direction the sensor is"};
+}
+
+}  // namespace
+
+std::string with_failure(std::string reason, const ScanReport& report) {
+  if (!report.search_failure.empty()) reason += ": " + report.search_failure;
+  return reason;
+}
+
+PoseMatrix published_covariance(const MotionFilter& motion) {
+  constexpr double kRepeated = 1.5;  // chosen on the recorded street
+  return kRepeated * motion.pose_covariance();
+}
+
+MotionFilter conclude(const std::vector<Hypothesis>& hypotheses, const Known& known,
+                      const MotionInputs& inputs, const MotionNoise& noise,
+                      const LocalizerParams& params, ScanReport& report) {
+  const AlertLimit limit = AlertLimit::of(params);
+  const Hypothesis& best = hypotheses.front();
+  report.alignment = best.alignment;
+  if (report.map_points > 0) {
+    report.lcp = best.score().fitness / static_cast<double>(report.map_points);  // Eq. 13
+  }
+  Case decided = judge_scan(best, known, params, report);
+  const MotionFilter moved = best.moved();
+  const MotionFilter& motion = decided.is_limit ? *best.motion : moved;
+  // A pose at the stamp is as sure as the speed that leads to it from the middle of the sweep.
+  report.confidence = confidence_of(published_covariance(motion.at(report.stamp, inputs, noise)));
+  const auto wrong_if = [&](const Hypothesis& one, const MotionFilter& there,
+                            const PoseConfidence& confidence) {
+    const Pose reported = motion.pose(), pose = there.pose();
+    return one.belief * beyond(limit, confidence, (reported.translation - pose.translation).norm(),
+                               rotation_between(reported, pose));
+  };
+  double place = known.elsewhere;
+  for (std::size_t h = 1; h < hypotheses.size(); ++h) {
+    const MotionFilter other = hypotheses[h].moved();
+    place += wrong_if(hypotheses[h], other, confidence_of(published_covariance(other)));
+  }
+  report.risk = std::min(1.0, place + wrong_if(best, moved, *report.confidence));
+  report.compared = known.compared;
+  if (decided.tracking == Tracking::tracked)
+    decided = judge_risk(best, known, params, place, report.risk);
+  report.tracking = decided.tracking;
+  report.reason = std::move(decided.reason);
+  return motion;
 }
 
 }  // namespace vantage

@@ -24,40 +24,15 @@ struct Known {
 /// to scan; the filter takes them for new at every scan, and averages them away.
 [[nodiscard]] PoseMatrix published_covariance(const MotionFilter& motion);
 
-/// Turns the belief in a hypothesis into the report of a scan.
-class Verdict {
- public:
-  explicit Verdict(const LocalizerParams& params)
-      : params_(params), limit_(AlertLimit::of(params)) {}
-
-  /// Fills in the alignment, the confidence, the risk, the state and its reason. The risk is
-  /// sum of w_i P(the reported pose is beyond the alert limit | hypothesis i) + w_elsewhere.
-  /// @param hypotheses     the first is reported
-  /// @param inputs, noise  of the motion
-  /// @param report  already has its stamp, the region and the number of its points
-  /// @return        the motion that the report stands for: with the scan, or without it
-  [[nodiscard]] MotionFilter conclude(const std::vector<Hypothesis>& hypotheses, const Known& known,
-                                      const MotionInputs& inputs, const MotionNoise& noise,
-                                      ScanReport& report);
-
-  void forget(bool lost) { was_lost_ = lost; }
-
- private:
-  struct Case {
-    Tracking tracking;
-    std::string reason;
-    bool is_limit = false;  ///< that a user may set: matching does not count
-  };
-  /// What the scan says whatever the risk: tracked if nothing speaks against it.
-  [[nodiscard]] Case judge_scan(const Hypothesis& best, const Known& known,
-                                const ScanReport& report) const;
-  /// @param place  the part of the risk that is due to other places
-  [[nodiscard]] Case judge_risk(const Hypothesis& best, const Known& known, double place,
-                                double risk) const;
-
-  LocalizerParams params_;
-  AlertLimit limit_;
-  bool was_lost_ = false;  // since the last tracked scan
-};
+/// Turns the beliefs in the hypotheses into the report of a scan: fills in the alignment, the
+/// confidence, the risk, the state and its reason. The risk is
+/// sum of w_i P(the reported pose is beyond the alert limit | hypothesis i) + w_elsewhere.
+/// @param hypotheses     the first is reported
+/// @param inputs, noise  of the motion
+/// @param report  already has its stamp, the region and the number of its points
+/// @return        the motion that the report stands for: with the scan, or without it
+[[nodiscard]] MotionFilter conclude(const std::vector<Hypothesis>& hypotheses, const Known& known,
+                                    const MotionInputs& inputs, const MotionNoise& noise,
+                                    const LocalizerParams& params, ScanReport& report);
 
 }  // namespace vantage

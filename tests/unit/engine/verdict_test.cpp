@@ -32,7 +32,7 @@ ScanReport judged(const Hypothesis& best, const Known& known, const LocalizerPar
   report.scan_points = scan_points;
   Hypothesis believed = best;
   believed.belief = 1.0 - known.elsewhere;
-  static_cast<void>(Verdict(params).conclude({believed}, known, kNoInputs, {}, report));
+  static_cast<void>(conclude({believed}, known, kNoInputs, {}, params, report));
   return report;
 }
 
@@ -96,14 +96,12 @@ TEST_CASE("the published covariance is that of the published pose") {
   const Known known{.elsewhere = 1e-4, .compared = true};
   Hypothesis one = aligned();
   one.alignment->T_map_scan.translation.x() = 0.02;
-  const MotionFilter fitting =
-      Verdict(LocalizerParams{}).conclude({one}, known, kNoInputs, {}, report);
+  const MotionFilter fitting = conclude({one}, known, kNoInputs, {}, LocalizerParams{}, report);
   CHECK(fitting.pose().translation.x() == doctest::Approx(0.01));  // both are equally sure
   const double sure = report.confidence->sigma_translation[0];
   one.motion.emplace(0.0, Pose{}, PoseMatrix::Identity(), kNoInputs);  // a vague prediction
   one.is_refuted = true;  // and a scan that does not fit
-  const MotionFilter predicted =
-      Verdict(LocalizerParams{}).conclude({one}, known, kNoInputs, {}, report);
+  const MotionFilter predicted = conclude({one}, known, kNoInputs, {}, LocalizerParams{}, report);
   CHECK(predicted.pose().translation.x() == 0.0);
   CHECK(report.confidence->sigma_translation[0] == doctest::Approx(std::sqrt(1.5)).epsilon(0.01));
   CHECK(sure < 0.03);
@@ -117,7 +115,7 @@ TEST_CASE("a pose at a stamp beside the middle of the sweep is as sure as its sp
   const Known known{.elsewhere = 1e-4, .compared = true};
   Hypothesis best = aligned();
   best.belief = 1.0 - known.elsewhere;
-  static_cast<void>(Verdict(LocalizerParams{}).conclude({best}, known, kNoInputs, {}, report));
+  static_cast<void>(conclude({best}, known, kNoInputs, {}, LocalizerParams{}, report));
   CHECK(report.confidence->sigma_translation[0] ==
         doctest::Approx(0.4 * std::sqrt(1.5)).epsilon(0.05));
   CHECK(report.tracking == Tracking::uncertain);
@@ -129,7 +127,7 @@ TEST_CASE("the risk of a pose is that of its error's length, not of its error al
   const auto risk_with = [](const Eigen::Vector3d& sigma) {
     Hypothesis one = predicted();
     PoseMatrix covariance = 1e-8 * PoseMatrix::Identity();
-    covariance.diagonal().head<3>() = sigma.array().square() / 1.5;  // see Verdict
+    covariance.diagonal().head<3>() = sigma.array().square() / 1.5;  // see published_covariance
     one.motion.emplace(0.0, Pose{}, covariance, kNoInputs);
     one.alignment = Alignment{};
     one.R = 1e6 * PoseMatrix::Identity();
@@ -178,8 +176,7 @@ TEST_CASE("a rival within the alert limit of the reported pose is no risk, one b
     Hypothesis best = aligned();
     best.belief = 0.6;
     rival.belief = 0.399;
-    static_cast<void>(
-        Verdict(LocalizerParams{}).conclude({best, rival}, known, kNoInputs, {}, report));
+    static_cast<void>(conclude({best, rival}, known, kNoInputs, {}, LocalizerParams{}, report));
     return report.risk;
   };
   CHECK(risk_beside(0.35) == doctest::Approx(0.001).epsilon(0.01));

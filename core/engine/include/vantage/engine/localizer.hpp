@@ -58,8 +58,8 @@ struct ScanReport {
 
   std::size_t scan_points = 0;     ///< N of Eq. 12, after thinning
   std::size_t dropped_points = 0;  ///< points that are not finite or farther than 10 km
-  double seconds_align =
-      0.0;  ///< T_align: all alignments at the prediction, and undistortion between
+  /// T_align: the alignments at the predictions of all hypotheses, and undistortion in between.
+  double seconds_align = 0.0;
   /// How often the whole scan was aligned: again after a sweep was undistorted by the motion that
   /// the alignment before had shown. 0 if there was no prediction.
   std::uint32_t passes = 0;
