@@ -19,7 +19,9 @@ constexpr int kNodes = 5;                                                   // t
 constexpr double kStep = kBasin / kNodes;                                   // [m]
 constexpr double kFarthest = (kNodes + 1) * kStep, kFinest = 0.25 * kStep;  // [m], of climbs
 constexpr std::size_t kPlaces = 8 * (kNodes + 1) + 1;  // to both sides, kFinest apart
-constexpr double kHeightStep = 0.05;  // of a line of nodes above and below [m]: ground is thin
+// A line of nodes above and below, ends [m] and steps [m]: ground is thin, and a search may be off
+// by metres where a map shows little of it.
+constexpr double kHighest = 5.0, kHeightStep = 0.05;
 constexpr std::size_t kAtNodes = 128, kAtSummits = 256, kMostSummits = 4;
 
 double normal_density(double x, double mean, double sigma) {
@@ -109,11 +111,11 @@ class Surroundings {
   /// The highest summit of the line above or below the pose, beyond the limit; 0 without one.
   /// @param side  1 above, -1 below
   [[nodiscard]] Result<double> summit_at_other_height(double side) const {
-    std::vector<double> line;  // from a step nearer than the limit to a step farther than kBasin
+    std::vector<double> line;  // from a step nearer than the limit to a step farther than kHighest
     const auto up = [&](std::size_t k) {
       return Point(0.0, 0.0, side * (limit_ + (static_cast<double>(k) - 1.0) * kHeightStep));
     };
-    const auto nodes = static_cast<std::size_t>(std::max(0.0, (kBasin - limit_) / kHeightStep)) + 3;
+    const auto nodes = static_cast<std::size_t>(std::max(0.0, (kHighest - limit_) / kHeightStep)) + 3;
     for (std::size_t k = 0; k < nodes; ++k) {
       VANTAGE_TRY(line.emplace_back(), level_moved(few_, up(k)));
     }

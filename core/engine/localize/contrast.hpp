@@ -14,8 +14,8 @@ namespace vantage {
 /// twice, a step apart, and poses beside the right one.
 struct Contrast {
   /// The level at the pose less that of the highest other summit around it, from the alert limit to
-  /// 2 m off, as a part of the sharpness: in plan view, and above and below if the scan fits better
-  /// there. Mostly above 0.5 at a right pose, about 0 where another place is as good. 1 without
+  /// 2 m off, as a part of the sharpness: in plan view, and up to 5 m above and below if the scan
+  /// fits better there. Mostly above 0.5 at a right pose, about 0 where another place is as good. 1 without
   /// another summit.
   double summit;
   /// The same, less the highest level there, on a slope or not: about 0.5 at a right pose, and

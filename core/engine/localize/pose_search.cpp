@@ -60,7 +60,13 @@ Find beside(Find find, const Point& by) {
 
 /// Starts above and below a pose: ground is thin, so an alignment does not find it from afar.
 std::vector<Find> starts_at_other_heights(const Find& find) {
-  return {beside(find, {0.0, 0.0, -kMoved}), beside(find, {0.0, 0.0, kMoved})};
+  constexpr int kHeights = 6;  // to each side
+  std::vector<Find> starts;
+  for (int k = 1; k <= kHeights; ++k) {
+    for (const double side : {-1.0, 1.0})
+      starts.push_back(beside(find, {0.0, 0.0, side * k * kMoved}));
+  }
+  return starts;
 }
 
 /// Starts beside a pose, and turned.
