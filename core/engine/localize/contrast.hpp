@@ -28,7 +28,7 @@ struct Contrast {
 /// @param limit  poses that are nearer than this count as the same [m]
 /// @param evidence  of the scan at the pose
 /// @return       nothing where a scan fits about as well everywhere
-/// Errors: those of MatchTarget::score.
+/// Errors: those of MatchTarget::score and, except `too_few_matches`, of MatchTarget::align.
 [[nodiscard]] Result<std::optional<Contrast>> contrast_at(const MatchTarget& target,
                                                           PointsView scan, const Pose& T_map_scan,
                                                           double limit, const Evidence& evidence);
