@@ -114,14 +114,14 @@ Result<Comparison> compare(const Config& config, const WideAreaMap& map,
   VANTAGE_TRY(found.fit, checks::fit_of(whole.bundle(), whole.config(), plugins, scans, imu));
   VANTAGE_TRY(found.note,
               checks::try_changes(whole.bundle(), whole.config(), plugins, scans, found.fit));
-  if (found.note) return found;
-  if (2 * found.fit.found >= scans.size()) {
+  if (!found.note && 2 * found.fit.found < scans.size()) {
+    VANTAGE_TRY(found.note, try_feet(config, map, scans, found.fit, plugins));
+  }
+  if (!found.note) found.note = checks::note_on_place(found.fit);
+  if (!found.note) {
     VANTAGE_TRY(found.note,
                 checks::try_scales(whole.bundle(), whole.config(), plugins, scans, imu, found.fit));
-    return found;
   }
-  VANTAGE_TRY(found.note, try_feet(config, map, scans, found.fit, plugins));
-  if (!found.note) found.note = checks::note_on_place(found.fit);
   return found;
 }
 

@@ -15,13 +15,15 @@ namespace vantage {
 struct Contrast {
   /// The level at the pose less that of the highest other summit around it, from the alert limit to
   /// 2 m off, as a part of the sharpness: in plan view, and up to 5 m above and below if the scan
-  /// fits better there. Mostly above 0.5 at a right pose, about 0 where another place is as good. 1 without
-  /// another summit.
+  /// fits better there. Mostly above 0.5 at a right pose, about 0 where another place is as good. 1
+  /// without another summit.
   double summit;
   /// The same, less the highest level there, on a slope or not: about 0.5 at a right pose, and
   /// about 0 where two places are so near to each other that their summits merge.
   double slope;
   double noise;  ///< standard deviation of both
+  /// Where another summit is in plan view that fits nearly as well, or better.
+  std::optional<Pose> rival = {};
 };
 
 /// @param scan   points that are scored, sensor frame [m]

@@ -80,7 +80,8 @@ std::optional<PlaceArea> Recovery::area(const std::optional<PosePrior>& prior,
                                         const Bounds3& map) const {
   // A search that takes long is begun only now and then.
   const bool rests = doubtful_scans_ % params_.search_pause != 0;
-  const bool refuted = prior_searched_ && !compared_;
+  // A wrong prior must not hide the rest of the map, and the next prior may be right.
+  const bool refuted = prior_searched_ && !compared_ && doubtful_scans_ % 2 == 0;
   if (auto near = prior && !refuted ? around(*prior, doubtful_scans_) : std::nullopt) {
     // Other places than the prior's are searched without it.
     near->complete =
