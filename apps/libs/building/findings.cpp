@@ -118,7 +118,7 @@ Result<Comparison> compare(const Config& config, const WideAreaMap& map,
     VANTAGE_TRY(found.note, try_feet(config, map, scans, found.fit, plugins));
   }
   if (!found.note) found.note = checks::note_on_place(found.fit);
-  if (!found.note) {
+  if (!found.note && found.fit.found > 0) {
     VANTAGE_TRY(found.note,
                 checks::try_scales(whole.bundle(), whole.config(), plugins, scans, imu, found.fit));
   }

@@ -100,6 +100,7 @@ class Surroundings {
   }
 
   /// The level to which matching comes from a summit.
+  /// @param rival  takes the pose, if it is beyond the limit
   [[nodiscard]] Result<double> level_aligned(const Node& summit, std::optional<Pose>& rival) const {
     if (!(summit.level > 0.0)) return 0.0;
     Pose start = T_map_scan_;

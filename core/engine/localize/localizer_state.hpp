@@ -54,8 +54,8 @@ struct Localizer::State {
   /// The motion until the middle of a sweep, of a sensor that may be anywhere. Nothing is known of
   /// its speed, so it begins at rest, unless odometry says more.
   [[nodiscard]] MotionFilter unplaced(double now) const;
-  /// The direction that points up, in the sensor frame: by the accelerometer, or as the sensor was
-  /// started, unless it is held at a tilt.
+  /// The direction that points up, in the sensor frame: by the accelerometer, otherwise by the pose
+  /// of the start. Nothing for a sensor that is held at a tilt.
   [[nodiscard]] std::optional<Eigen::Vector3d> up(double now) const;
   /// Predicts every hypothesis at the middle of a sweep.
   /// @param stamp_of_scan  where a sensor begins that was started [s]

@@ -63,8 +63,9 @@ std::vector<Find> starts_at_other_heights(const Find& find) {
   constexpr int kHeights = 6;  // to each side
   std::vector<Find> starts;
   for (int k = 1; k <= kHeights; ++k) {
-    for (const double side : {-1.0, 1.0})
-      starts.push_back(beside(find, {0.0, 0.0, side * k * kMoved}));
+    for (const double step : {-kMoved, kMoved}) {
+      starts.push_back(beside(find, {0.0, 0.0, k * step}));
+    }
   }
   return starts;
 }

@@ -47,9 +47,9 @@ class Recovery {
   /// Where to search with this scan, whose pose is in doubt: around its absolute prior if there is
   /// one, and twice as far after every 16 scans, because priors may be wrong. If the prior says
   /// that the sensor is elsewhere, nothing was found there, and the pose was not compared with the
-  /// rest of the map yet, every other search is made as without the prior. Otherwise around the prediction,
-  /// in a circle that grows from scan to scan; the widest at once after a surprise, or if the map
-  /// lies beyond the circle. Without a prediction either, everywhere.
+  /// rest of the map yet, every other search is made as without the prior. Otherwise around the
+  /// prediction, in a circle that grows from scan to scan; the widest at once after a surprise, or
+  /// if the map lies beyond the circle. Without a prediction either, everywhere.
   /// @param predicted  prediction of the best hypothesis; none if the sensor may be anywhere
   /// @param map        bounds of the map
   /// @return           nothing if this scan is not searched with

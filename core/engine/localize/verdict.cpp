@@ -136,8 +136,9 @@ MotionFilter conclude(const std::vector<Hypothesis>& hypotheses, const Known& kn
   }
   report.risk = std::min(1.0, place + wrong_if(best, moved, *report.confidence));
   report.compared = known.compared;
-  if (decided.tracking == Tracking::tracked)
+  if (decided.tracking == Tracking::tracked) {
     decided = judge_risk(best, known, params, place, report.risk);
+  }
   report.tracking = decided.tracking;
   report.reason = std::move(decided.reason);
   return motion;
