@@ -174,14 +174,12 @@ struct Truth {
   bool overlap = true;
   double reach = std::numeric_limits<double>::infinity();  ///< [m]; a tenth of it [rad]
   bool restorable = false;                                 ///< whether there are prepared maps
-  std::optional<Point> twin = {};  ///< so far off, a scan fits nearly as well, map frame [m]
   PointCloud scan;  ///< what is prepared from its points is the scan itself, not a map
 };
 
 /// Always finds the truth, unless the scan is empty or nothing overlaps; with a reach, only from
-/// guesses that near, and otherwise the twin in the same way. A scan fits well only within a metre
-/// of the truth, and best at it. The truth of a scan that is matched to itself is that it did not
-/// move.
+/// guesses that near. A scan fits well only within a metre of the truth, and best at it. The truth
+/// of a scan that is matched to itself is that it did not move.
 class TruthMatcher final : public ScanMatcher {
  public:
   explicit TruthMatcher(std::shared_ptr<Truth> truth) : truth_(std::move(truth)) {}
@@ -197,10 +195,6 @@ class TruthMatcher final : public ScanMatcher {
         }
         Alignment alignment;
         alignment.T_map_scan = near(guess) ? truth_->T_map_scan : guess;
-        if (!near(guess) && truth_->twin && near(of_twin(guess))) {
-          alignment.T_map_scan = truth_->T_map_scan;
-          alignment.T_map_scan.translation += *truth_->twin;
-        }
         alignment.termination = Termination::converged;
         alignment.score = score_at(alignment.T_map_scan);
         alignment.hessian = 1e6 * Alignment::Hessian::Identity();  // a millimetre
@@ -217,19 +211,7 @@ class TruthMatcher final : public ScanMatcher {
         return (pose.translation - truth_->T_map_scan.translation).norm() <= truth_->reach &&
                rotation_between(pose, truth_->T_map_scan) <= truth_->reach / 10.0;
       }
-      /// The pose that is as far from the truth as this one is from the twin.
-      [[nodiscard]] Pose of_twin(Pose pose) const {
-        pose.translation -= *truth_->twin;
-        return pose;
-      }
       [[nodiscard]] ScanScore score_at(const Pose& pose) const {
-        ScanScore score = score_of(pose);
-        if (!truth_->twin) return score;
-        ScanScore twin = score_of(of_twin(pose));
-        twin.nvtl *= 0.9;
-        return twin.nvtl > score.nvtl ? twin : score;
-      }
-      [[nodiscard]] ScanScore score_of(const Pose& pose) const {
         const double off = (pose.translation - truth_->T_map_scan.translation).norm();
         if (near(pose) && off < 1.0) {
           const double turned = rotation_between(pose, truth_->T_map_scan);

@@ -63,7 +63,6 @@ class Surroundings {
     double summit = 0.0;                // the highest summit beyond the limit, or 0 without one
     double slope = 0.0;                 // the highest level beyond the limit
     double height = 0.0;                // the highest summit above or below
-    std::optional<Pose> rival = {};
   };
   [[nodiscard]] Result<Levels> levels() {
     VANTAGE_TRY(const ScanScore here, target_.score(some_, T_map_scan_));
@@ -75,8 +74,7 @@ class Surroundings {
       VANTAGE_TRY(const Node summit, climb(from, 0.0));
       if (summit.at.norm() >= limit_ && summit.level > highest.level) highest = summit;
     }
-    VANTAGE_TRY(levels.summit, level_aligned(highest, levels.rival));
-    if (levels.summit < (1.0 - kChange) * levels.here) levels.rival.reset();
+    VANTAGE_TRY(levels.summit, level_aligned(highest));
     for (const double side : {-1.0, 1.0}) {
       VANTAGE_TRY(const double summit, summit_at_other_height(side));
       levels.height = std::max(levels.height, summit);
@@ -100,17 +98,14 @@ class Surroundings {
   }
 
   /// The level to which matching comes from a summit.
-  /// @param rival  takes the pose, if it is beyond the limit
-  [[nodiscard]] Result<double> level_aligned(const Node& summit, std::optional<Pose>& rival) const {
+  [[nodiscard]] Result<double> level_aligned(const Node& summit) const {
     if (!(summit.level > 0.0)) return 0.0;
     Pose start = T_map_scan_;
     start.translation += level_ * Point(summit.at.x(), summit.at.y(), 0.0);
     VANTAGE_TRY(const auto alignment, aligned_at(target_, some_, start));
     if (!alignment) return summit.level;
     const Point off = alignment->T_map_scan.translation - T_map_scan_.translation;
-    if (off.norm() < limit_) return summit.level;
-    rival = alignment->T_map_scan;
-    return std::max(summit.level, level_of(alignment->score));
+    return off.norm() >= limit_ ? std::max(summit.level, level_of(alignment->score)) : summit.level;
   }
 
   /// The highest summit of the line above or below the pose, beyond the limit; 0 without one.
@@ -214,7 +209,7 @@ Result<std::optional<Contrast>> contrast_at(const MatchTarget& target, PointsVie
   // Where a map has no ground, heights differ little: only a clearly better one counts.
   const double height = less(levels.height), other = height < -deviation ? height : 1.0;
   return std::optional(Contrast{std::min(less(levels.summit), other),
-                                std::min(less(levels.slope), other), deviation, levels.rival});
+                                std::min(less(levels.slope), other), deviation});
 }
 
 double ratio_of_twin(const Contrast& contrast) noexcept {

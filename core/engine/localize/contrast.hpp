@@ -22,8 +22,6 @@ struct Contrast {
   /// about 0 where two places are so near to each other that their summits merge.
   double slope;
   double noise;  ///< standard deviation of both
-  /// Where another summit is in plan view that fits nearly as well, or better.
-  std::optional<Pose> rival = {};
 };
 
 /// @param scan   points that are scored, sensor frame [m]

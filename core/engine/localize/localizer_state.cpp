@@ -5,7 +5,6 @@
 #include <numbers>
 #include <utility>
 
-#include "localize/matched.hpp"
 #include "vantage/kit/stopwatch.hpp"
 
 namespace vantage {
@@ -174,21 +173,6 @@ void Localizer::State::follow_rivals(std::size_t h, std::vector<Alignment> rival
   }
 }
 
-Result<void> Localizer::State::follow_summits(const PreparedScan& prepared) {
-  const std::size_t followed = hypotheses.size();
-  for (std::size_t h = 0; h < followed; ++h) {
-    if (!hypotheses[h].contrast || !hypotheses[h].contrast->rival) continue;
-    const MatchTarget& target = *hypotheses[h].map->target;
-    VANTAGE_TRY(auto alignment,
-                aligned_at(target, prepared.points, *hypotheses[h].contrast->rival));
-    if (alignment) follow_rivals(h, {*std::move(alignment)}, prepared.points.size());
-  }
-  for (std::size_t h = followed; h < hypotheses.size(); ++h) {
-    VANTAGE_CHECK(weighing.measure(prepared, hypotheses[h]));
-  }
-  return {};
-}
-
 Result<Localizer::State::Told> Localizer::State::weigh(const PreparedScan& prepared,
                                                        const std::optional<PosePrior>& prior,
                                                        ScanReport& report) {
@@ -203,15 +187,13 @@ Result<Localizer::State::Told> Localizer::State::weigh(const PreparedScan& prepa
   if (told.weighed) {
     const ScopeTimer timer(report.seconds_verdict);
     VANTAGE_CHECK(weighing.measure(prepared, hypotheses));
-    const bool fits = hypotheses.front().fits();
-    VANTAGE_CHECK(follow_summits(prepared));
     // A scan that does not fit speaks for itself. One that fits again, or after a surprise, may be
     // from a place alike.
-    if (fits && surprise) {
+    if (first.fits() && surprise) {
       doubted = kDoubt;  // the sensor was carried away, maybe
       for (Hypothesis& one : hypotheses) one.support.start_anew();
     }
-    if (fits && weighing.was_adrift()) doubted = std::max(doubted, kDoubt - elsewhere);
+    if (first.fits() && weighing.was_adrift()) doubted = std::max(doubted, kDoubt - elsewhere);
   }
   doubt(hypotheses, doubted);
   if (told.weighed) weighing.take(hypotheses);

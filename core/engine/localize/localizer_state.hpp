@@ -102,9 +102,6 @@ struct Localizer::State {
   /// @param h       the hypothesis around whose prediction they are
   /// @param points  that were aligned
   void follow_rivals(std::size_t h, std::vector<Alignment> rivals, std::size_t points);
-  /// Follows the summits beside hypotheses that fit nearly as well as these, or better.
-  /// Errors: those of the matcher.
-  [[nodiscard]] Result<void> follow_summits(const PreparedScan& prepared);
   /// Tells a hypothesis how well wrong poses fit around here, and whether the search found it.
   void learn(const SearchAnswer& answer, double missed, Hypothesis& one) const;
   /// @return nothing if nothing matches there, or if that pose is followed already

@@ -106,10 +106,6 @@ Result<void> Weighing::measure(const PreparedScan& scan, std::vector<Hypothesis>
   return {};
 }
 
-Result<void> Weighing::measure(const PreparedScan& scan, Hypothesis& added) const {
-  return reference_ ? measure(scan, *reference_, added) : Result<void>();
-}
-
 Result<void> Weighing::measure(const PreparedScan& scan, const Fit& to_itself,
                                Hypothesis& found) const {
   const PointCloud some = scored(scan);

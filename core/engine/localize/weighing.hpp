@@ -48,8 +48,6 @@ class Weighing {
   /// Sets the evidence of each hypothesis, and what it tells.
   /// Errors: those of the matcher.
   [[nodiscard]] Result<void> measure(const PreparedScan& scan, std::vector<Hypothesis>& hypotheses);
-  /// The same for one that is new, beside others that were measured.
-  [[nodiscard]] Result<void> measure(const PreparedScan& scan, Hypothesis& added) const;
   /// The same for a pose that a search found.
   /// @param to_itself  the fit of the scan to itself
   [[nodiscard]] Result<void> measure(const PreparedScan& scan, const Fit& to_itself,

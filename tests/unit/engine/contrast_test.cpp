@@ -75,9 +75,6 @@ TEST_CASE("the contrast is what a scan loses at the best other summit, and on th
     CHECK(ratio_of_twin(twin) > 100.0);
     const Contrast worse = contrast_of(Places({{{0.0, 0.0}, 1.0}, {at, 0.3}}));
     CHECK(worse.summit > 0.5);
-    CHECK_FALSE(worse.rival);
-    REQUIRE(twin.rival);
-    CHECK((twin.rival->translation.head<2>() - at).norm() < 1e-9);
     const Contrast better = contrast_of(Places({{{0.0, 0.0}, 1.0}, {at, 1.5}}));
     CHECK(better.summit < -0.3);
     CHECK(ratio_of_twin(better) > 0.9 * ratio_of_twin(twin));

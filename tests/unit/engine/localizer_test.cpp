@@ -220,23 +220,6 @@ TEST_CASE("a sensor that was carried away is found again") {
         1e-6);
 }
 
-TEST_CASE("a pose beside the one that is followed and fits better is followed, too, and wins") {
-  World world;
-  world.truth->reach = 0.6;
-  world.truth->twin = Point(0.0, 1.2, 0.0);
-  LocalizerParams params;
-  params.recovery_radius = 0.0;  // no search helps
-  Localizer localizer = world.localizer(params);
-  const auto at = [](double x, double y) { return pose_from_xyz_rpy({x, y, 1.0}, {0, 0, 0}); };
-  REQUIRE(localizer.start(at(1.0, 1.3)));
-  const ScanReport first = world.look(localizer, 0.0, at(1.0, 0.1));
-  CHECK(first.tracking != Tracking::tracked);
-  ScanReport last;
-  for (int i = 1; i < 4; ++i) last = world.look(localizer, 0.1 * i, at(1.0 + 0.2 * i, 0.1));
-  CHECK((last.T_map_scan.translation - world.truth->T_map_scan.translation).norm() < 1e-6);
-  CHECK(last.tracking == Tracking::uncertain);  // the other one is nearly as good
-}
-
 TEST_CASE("a scan that switches maps and is found by the search in the new one has switched") {
   World world;
   world.truth->reach = 3.0;
