@@ -20,12 +20,12 @@ double squared(double x) { return x * x; }
 struct Course {
   double fade = 1.0;  ///< of the speeds
   double way;         ///< the time for which the speeds of the beginning would last [s]
-  /// What is left by fading of the variances that the noise of the speeds makes: of what they are
-  /// integrated into, of the speeds, and between both.
+  /// The noise of the speeds adds variance to the integral of the speeds, to the speeds themselves,
+  /// and covariance between both. Fading lowers each of these by a factor.
   double integral = 1.0, itself = 1.0, cross = 1.0;
 };
 Course course_of(const MotionInput& input) {
-  constexpr double kShort = 1e-4;  // the variances fade as little as numbers cancel out
+  constexpr double kShort = 1e-4;  // for less, rounding errors exceed the fading of the variances
   if (!input.coasts) return {.way = input.seconds};
   const double time = std::abs(input.seconds) / kStopping;
   Course course{.fade = std::exp(-time),

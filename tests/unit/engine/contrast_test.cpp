@@ -95,7 +95,7 @@ TEST_CASE("a twin has no contrast, however exactly a scan has to be there") {
 }
 
 TEST_CASE("a scan that fits better at another height has no contrast") {
-  for (const double ground : {-4.6, -1.9, -0.72, 0.55, 0.81, 3.3}) {
+  for (const double ground : {-4.6, -1.9, -0.72, 0.55, 0.81, 1.4, 3.3}) {
     CAPTURE(ground);
     const Contrast off = contrast_of(Places({{{0.0, 0.0}, 1.0}}, ground, 0.4));
     CHECK(off.summit < -0.2);
